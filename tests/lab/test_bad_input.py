@@ -84,38 +84,33 @@ def effect(kind, column="gyro_z_dps", **parameters):
     return f'{sensor}[[effect]]\nkind = "{kind}"\n{"".join(lines)}'
 
 
-MODELS = {  # a model: what is wrong
-    "not TOML": ("[sensor\n", "not TOML"),
-    "unknown kind": (effect("magic"), "unknown kind 'magic'"),
-    "unknown parameter": (SENSOR + BASE + "speed = 3\n", "no parameter speed"),
-    "negative": (SENSOR + BASE.replace("0.3", "-1"), "outside"),
-    "unknown column": (SENSOR.replace("gyro_z", "gyro_q") + BASE, "no column gyro_q_dps"),
-    "no temperature": (effect("temperature", coefficient_dps_per_degC=1), "temp_degC"),
-    "half a level": (
+def drifting(course):
+    return effect("drifting_line", amplitude_dps=0.05, course_hz=course)
+
+
+LINE = {"kind": "intermittent_line", "frequency_hz": 7, "amplitude_dps": 0.05}
+COURSE = "course_hz must be 4 or more frequencies"
+MODELS = [  # a model, what is wrong
+    ("[sensor\n", "not TOML"),
+    ("a = " + "[" * 20000 + "]" * 20000, "bad.toml: nested too deep"),
+    (SENSOR + BASE + "speed = 3\n", "no parameter speed"),
+    (SENSOR + BASE.replace("0.3", "-1"), "outside"),
+    (SENSOR.replace("gyro_z", "gyro_q") + BASE, "no column gyro_q_dps"),
+    (effect("magic"), "unknown kind 'magic'"),
+    (effect("temperature", coefficient_dps_per_degC=1), "temp_degC"),
+    (
         effect("telegraph_noise", amplitude_dps=0.01, mean_dwell_s=2.0, levels=2.5),
         "levels = 2.5 must be a whole number",
     ),
-    "stop before start": (
-        effect("intermittent_line", frequency_hz=7, amplitude_dps=0.05, start_s=100, stop_s=50),
-        "intermittent_line: stop_s = 50 is before start_s = 100",
-    ),
-    **{
-        f"course {course}": (
-            effect("drifting_line", amplitude_dps=0.05, course_hz=course),
-            "course_hz must be 4 or more frequencies",
-        )
-        for course in ("9 9.2 9.9", "9 fast 9.9 9.7", "9 -9 9 9", "9 nan 9 9")
-    },
-    "course above half the rate": (
-        effect("drifting_line", amplitude_dps=0.05, course_hz="9 9 9 26"),
-        "course_hz = 26 is above half the sample rate of 50 Hz",
-    ),
-    "parameter of another unit": (
+    (effect(**LINE, start_s=100, stop_s=50), "line: stop_s = 50 is before start_s = 100"),
+    *((drifting(course), COURSE) for course in ("9 9.2 9.9", "9 fast 9.9 9.7", "9 -9 9 9")),
+    (drifting("9 nan 9 9"), COURSE),
+    (drifting("9 9 9 26"), "course_hz = 26 is above half the sample rate of 50 Hz"),
+    (
         effect("white_phase_noise", column="phase_s", std=1e-9),
         "white_phase_noise has no parameter std (it has: std_s, memory)",
     ),
-    "nested": ("a = " + "[" * 20000 + "]" * 20000, "bad.toml: nested too deep"),
-}
+]
 EVEN = [f"{i / 50:.2f},{(i * 7919) % 101 * 0.01:.2f}" for i in range(1500)]
 ROWS = {  # rows of a recording: what is wrong
     "not finite": ([*EVEN[:7], "0.14,nan"], "r.csv:9: column gyro_z_dps"),
@@ -128,24 +123,13 @@ ROWS = {  # rows of a recording: what is wrong
         "column gyro_z_dps hardly changes",
     ),
 }
-OWN = {
-    "Effect('own', '', SIZE, '', 'mean', '', regressor=lambda r, s: r.time_s[1:])": (
-        "own: regressor: 1499 instead of 1500 values"
-    ),
-    "Effect('own', '', SIZE, '', 'mean', '', regressor=lambda r, s: r.time_s / 0)": (
-        "own: regressor: not finite at index 0"
-    ),
-    "Effect('own', '', SIZE, '', 'mean', '', regressor=lambda r, s: 1 / 0)": (
-        "own: regressor: ZeroDivisionError"
-    ),
-    "Effect('own', '', SIZE, '', 'spectrum', '', spectrum=lambda f, r, s: -f)": (
-        "own: spectrum: negative"
-    ),
-    "Effect('own', '', SIZE, '', 'spectrum', '', spectrum=lambda f, r, s: f[1:])": (
-        "own: spectrum: "
-    ),
-    "Effect('own')": "TypeError",
-}
+OWN = [  # an effect, what is wrong with it
+    ("'mean', '', regressor=lambda r, s: r.time_s[1:]", "regressor: 1499 instead of 1500 values"),
+    ("'mean', '', regressor=lambda r, s: r.time_s / 0", "regressor: not finite at index 0"),
+    ("'mean', '', regressor=lambda r, s: 1 / 0", "regressor: ZeroDivisionError"),
+    ("'spectrum', '', spectrum=lambda f, r, s: -f", "spectrum: negative"),
+    ("'spectrum', '', spectrum=lambda f, r, s: f[1:]", "spectrum: "),
+]
 
 
 @pytest.fixture
@@ -162,29 +146,25 @@ def test_options_and_outputs(lab, rec, command):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "text",
+    "top, row, rows",
     [
-        b"time_s,gyro_z_dps\n" + b"1.000000000,1.000000000\n" * (3 << 20),
-        b"# a: %s\n" % (b"b" * 250) * (300 << 10),
+        (b"time_s,gyro_z_dps\n", b"1.000000000,1.000000000\n", 3 << 20),
+        (b"", b"# a: %s\n" % (b"b" * 250), 300 << 10),
     ],
     ids=["rows", "comments"],
 )
-def test_a_gzip_file_that_would_fill_the_memory(lab, text):
+def test_a_gzip_file_that_would_fill_the_memory(lab, top, row, rows):
     packed = lab.work / "packed.csv.gz"
-    packed.write_bytes(gzip.compress(text, 9))
+    packed.write_bytes(gzip.compress(top + row * rows, 9))
     assert packed.stat().st_size < 700_000
     why = "the gzip file expands to more than 64 MiB and 100 times its size"
     lab.refused(why, "fit", packed, "-m", lab.model)
 
 
 def test_what_standard_output_cannot_take_is_told():
+    command = [sys.executable, "-m", "davarlab", "effects"]
     with open("/dev/full", "wb") as full:
-        done = subprocess.run(
-            [sys.executable, "-m", "davarlab", "effects"],
-            stdout=full,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True)
     said = "davarlab: standard output: no space left on device\n"
     assert (done.returncode, done.stderr) == (2, said)
 
@@ -199,9 +179,8 @@ def test_results_are_no_recording(lab, rec):
     lab.refused("results of davar-sim", "import", results, "-o", lab.work / "out")
 
 
-@pytest.mark.parametrize("name", MODELS)
-def test_bad_models(lab, name):
-    text, why = MODELS[name]
+@pytest.mark.parametrize("text, why", MODELS)
+def test_bad_models(lab, text, why):
     recording = lab.file("r.csv", "time_s,gyro_z_dps\n" + "\n".join(EVEN) + "\n")
     lab.refused(why, "compare", recording, "-m", lab.file("bad.toml", text))
 
@@ -222,12 +201,14 @@ def test_a_recording_of_live_that_cannot_be_written(lab):
     os.close(ours)
 
 
-@pytest.mark.parametrize("text", OWN)
-def test_own_effects(lab, rec, text):
-    own = lab.file("own.py", f"{HEAD}OWN = {text}\n")
-    # An effect that can be read fails in the search, after the notes of its two steps.
-    lines = 1 if text == "Effect('own')" else 3
-    lab.refused(OWN[text], "diagnose", rec, "-m", lab.model, "--effects", own, lines=lines)
+@pytest.mark.parametrize("text, why", OWN)
+def test_own_effects(lab, rec, text, why):
+    """One that can be read fails in the search, after the notes of its two steps."""
+    own = lab.file("own.py", f"{HEAD}OWN = Effect('own', '', SIZE, '', {text})\n")
+    words = ("diagnose", rec, "-m", lab.model, "--effects", own)
+    lab.refused(f"own: {why}", *words, lines=3)
+    lab.file("own.py", f"{HEAD}OWN = Effect('own')\n")
+    lab.refused("TypeError", *words)
 
 
 def test_a_scenario_is_a_model_and_what_is_assumed_is_said(lab, rec):

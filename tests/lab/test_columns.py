@@ -1,53 +1,39 @@
-"""Effects on logged columns and the test for a common cause, against formulas of their own
-(heat.py) and on real recordings.
+"""Effects on logged columns, the test for a common cause, and candidates that are doubted with the
+reason: against formulas of their own (heat.py) and on real recordings.
 """
 
 import os
+import re
 from pathlib import Path
 from types import SimpleNamespace
 
+import asking
 import heat
 import lab_bench
 import numpy as np
 import pytest
-from asking import ROOT
 from davarlab import model, simulate
-from davarlab.candidates import columns, common_cause, doubts
+from davarlab.candidates import columns, common_cause, doubts, own_noise
 from davarlab.candidates.candidate import Candidate
 from davarlab.data import recording as logged
+from davarlab.data import signals
 from davarlab.data.observations import Observation
 from davarlab.data.recording import Recording
-from davarlab.diagnosis import combs, evidence, fitting
-from davarlab.effects import columns as effects
+from davarlab.diagnosis import combs, diagnose, evidence, fitting
+from davarlab.effects import own, table
+from davarlab.effects.base import INFINITE
+from davarlab.effects.columns import may_follow
 from davarlab.errors import BadInput
 from davarlab.inference import changes
 from davarlab.inference.parts import Bench, Part
 
 MODEL, BASE = lab_bench.model(heat.RATE), lab_bench.terms()
-REAL = Path(os.environ.get("DAVAR_REAL_DATA", ROOT.parent / "shared/data/real"))
+REAL = Path(os.environ.get("DAVAR_REAL_DATA", asking.ROOT.parent / "shared/data/real"))
 ALONG_X = Part("g_sensitivity", {"axis": "x"})
 
 
 def recording(case, how, seed):
     return Recording(heat.make(case, how, seed), heat.RATE)
-
-
-def lines(*frequencies):
-    return [Part("sinusoid", {"frequency_hz": f}) for f in frequencies]
-
-
-def test_play_is_the_chain_of_its_pushes():
-    rng = np.random.default_rng(1)
-    for count in (1, 2, 1000, 1023):
-        x = np.cumsum(rng.standard_normal(count))
-        np.testing.assert_allclose(effects.play(x, 3.0), heat.loop(x, 3.0), atol=1e-12)
-
-
-def test_a_lag_is_late_by_its_time():
-    x = np.linspace(0, 36, 180000)  # 0.01 a second
-    assert abs(x[-1] - effects.lagged(x, 50.0, 60.0)[-1] - 0.6) < 5e-4
-    assert abs(x[100] - effects.lagged(x, 50.0, 60.0, moving=True)[100] - 0.6) < 5e-4
-    np.testing.assert_array_equal(effects.lagged(x, 50.0, 0.0), x)
 
 
 def test_a_clock_or_a_copy_of_the_gyro_is_not_followed():
@@ -57,19 +43,17 @@ def test_a_clock_or_a_copy_of_the_gyro_is_not_followed():
         "gyro_z_rad_s": found.columns["gyro_z_dps"] * np.pi / 180,
         "gyro_x_dps": np.random.default_rng(2).standard_normal(found.samples),
     }
-    assert effects.may_follow(found, "gyro_z_dps") == ["gyro_x_dps"]
+    assert may_follow(found, "gyro_z_dps") == ["gyro_x_dps"]
 
 
 def sensor(**entry):
-    return model.of(
-        {"sensor": {"column": "gyro_z_dps", "rate_hz": 50.0}, "effect": [entry]}, "m.toml"
-    )
+    given = {"sensor": {"column": "gyro_z_dps", "rate_hz": 50.0}, "effect": [entry]}
+    return model.of(given, "m.toml")
 
 
 def test_a_lag_may_be_left_out_and_a_column_is_a_word():
-    assert sensor(kind="temperature", coefficient_dps_per_degC=0.01).terms[0].parameters == {
-        "coefficient_dps_per_degC": 0.01
-    }
+    given = {"coefficient_dps_per_degC": 0.01}
+    assert sensor(kind="temperature", **given).terms[0].parameters == given
     found = sensor(kind="follows", column='V "raw"', coefficient=0.1, lag_s=3)
     assert 'column = "V \\"raw\\""' in model.text_of(found)
     for column in (3.0, "", "a,b", "gyro_z_dps"):
@@ -123,21 +107,17 @@ def test_a_sensitivity_is_one_number_and_a_hidden_cause_is_not():
 
 
 def test_axes_that_drift_together_are_said_and_others_not():
-    alone = heat.make("none", "walk", 3)
+    alone, other = (heat.make("none", "walk", seed)["gyro_z_dps"] for seed in (3, 4))
     drift = 0.05 * heat.walk(180000, np.random.default_rng(9)) / 200
-    both = alone | {
-        "gyro_z_dps": alone["gyro_z_dps"] + drift,
-        "gyro_x_dps": heat.make("none", "walk", 4)["gyro_z_dps"] + drift,
-    }
-    assert "gyro_x_dps" in common_cause.several_axes(Recording(both, heat.RATE), "gyro_z_dps")
-    assert "Shared drift: gyro_x_dps" in " ".join(
-        evidence.notes(Recording(both, heat.RATE), MODEL, ["rate_random_walk"])
+    both, apart = (
+        Recording({"gyro_z_dps": alone + one, "gyro_x_dps": other + one}, heat.RATE)
+        for one in (drift, 0 * drift)
     )
-    assert "drift" not in " ".join(
-        evidence.notes(Recording(both, heat.RATE), MODEL, ["quantization"])
-    )
-    apart = alone | {"gyro_x_dps": heat.make("none", "walk", 4)["gyro_z_dps"]}
-    assert common_cause.several_axes(Recording(apart, heat.RATE), "gyro_z_dps") == ""
+    assert "gyro_x_dps" in common_cause.several_axes(both, "gyro_z_dps")
+    assert common_cause.several_axes(apart, "gyro_z_dps") == ""
+    for kind, said in (("rate_random_walk", True), ("quantization", False)):
+        notes = " ".join(evidence.notes(both, MODEL, [kind]))
+        assert ("Shared drift: gyro_x_dps" in notes, "drift" in notes) == (said, said)
 
 
 def test_an_axis_that_shares_no_more_than_a_drift_is_not_followed():
@@ -189,41 +169,41 @@ def test_a_leak_is_small_and_a_turn_about_an_oblique_axis_is_not():
         assert (why == "") == named, why
 
 
+def one_signal(seconds, rate, frequencies):
+    """What is said of these lines of a recording of so many seconds."""
+    count = int(seconds * rate)
+    made = Recording({"time_s": np.arange(count) / rate}, rate)
+    bench = SimpleNamespace(recording=made, y=np.zeros(count))
+    return combs.one_signal(bench, [Part("sinusoid", {"frequency_hz": f}) for f in frequencies])
+
+
 def test_harmonics_of_something_slow_are_one_wave_and_those_of_a_machine_are_lines():
-    bench = SimpleNamespace(
-        recording=Recording({"time_s": np.arange(7200.0)}, 1.0), y=np.zeros(7200)
-    )
-    why, members = combs.one_signal(bench, lines(0.0125, 0.0375, 0.05137, 0.0625))
+    why, members = one_signal(7200, 1.0, (0.0125, 0.0375, 0.05137, 0.0625))
     assert "repeats every 80 s" in why
     assert [part.shape["frequency_hz"] for part in members] == [0.0125, 0.0375, 0.0625]
-    for others in (
-        (0.0125, 0.0375, 0.0643),
-        (0.2, 0.4, 0.6),
-        (0.0125, 0.0375),
-        (0.0125, 0.1237, 0.3171),
-        (0.0125, 0.0375, 0.0375),
+    for seconds, rate, others in (
+        (7200, 1.0, (0.0125, 0.0375, 0.0643)),
+        (7200, 1.0, (0.2, 0.4, 0.6)),
+        (7200, 1.0, (0.0125, 0.0375)),
+        (7200, 1.0, (0.0125, 0.1237, 0.3171)),
+        (7200, 1.0, (0.0125, 0.0375, 0.0375)),
+        (600, 100.0, (0.03, 7.13, 23.4)),
+        (600, 100.0, (0.005, 7.0, 13.0)),
+        (600, 100.0, (0.0, 7.0, 13.0)),
     ):
-        assert combs.one_signal(bench, lines(*others)) is None, others
+        assert one_signal(seconds, rate, others) is None, others
 
 
 def test_many_lines_on_one_comb_are_one_signal_and_lines_anywhere_are_lines():
-    bench = SimpleNamespace(
-        recording=Recording({"time_s": np.arange(180000) / 100}, 100.0), y=np.zeros(180000)
-    )
     rng = np.random.default_rng(1)
     for _ in range(20):
         base, beat = rng.uniform(0.3, 45), rng.uniform(0.02, 0.1)
         teeth = base * np.append(rng.choice(np.arange(2, 9), 5, replace=False), 1)
         teeth[:2] += [beat, -beat]
         folded = np.abs(teeth - 100 * np.round(teeth / 100)) + rng.uniform(-1e-4, 1e-4, 6)
-        assert len(combs.one_signal(bench, lines(*folded))[1]) == 6, teeth
-    short = SimpleNamespace(recording=bench.recording, y=np.zeros(60000))
-    for others in ((0.03, 7.13, 23.4), (0.005, 7.0, 13.0), (0.0, 7.0, 13.0)):
-        assert combs.one_signal(short, lines(*others)) is None, others
-    for count in (5, 8, 12, 20):
-        for _ in range(20):
-            anywhere = lines(*rng.uniform(0.15, 50, count))
-            assert combs.one_signal(bench, anywhere) is None
+        assert len(one_signal(1800, 100.0, folded)[1]) == 6, teeth
+        for count in (5, 8, 12, 20):
+            assert one_signal(1800, 100.0, rng.uniform(0.15, 50, count)) is None
 
 
 def test_levels_between_turns_are_those_of_the_orientation():
@@ -267,3 +247,181 @@ def test_the_drift_of_a_real_sensor_is_no_sensitivity_to_acceleration():
         for axis in "xyz":
             part = Part("g_sensitivity", {"axis": axis})
             assert common_cause.judge(state.bench, state.parts, part).disagrees, axis
+
+
+# Coefficients that no gyro has, and columns that are the noise of their own sensor.
+
+
+SEEDS = (1, 2, 3)
+STILL = Part("g_sensitivity", {"axis": "x"}, "still")  # without the noise of the accelerometer
+RECTIFIED = Part("vibration_rectification", {"axis": "x"})
+SUDDEN = Part("vibration_rectification", {"axis": "x"}, "sudden")
+NOISY = Part("vibration_noise", {"axis": "x"})
+WARM = Part("temperature", {"lag_s": 0.0})
+
+
+def follows(name):
+    return Part("follows", {"column": name, "lag_s": 0.0})
+
+
+def rectified(seed, size):
+    return heat.shaken(seed, 0.1, bias=size)
+
+
+def noisy(seed, size):
+    return heat.shaken(seed, min(0.05, 0.3 / size), size)
+
+
+def benched(columns):
+    state = fitting.start(Recording(columns, heat.RATE), MODEL)
+    return state.bench, state.parts
+
+
+def doubted(columns, part):
+    where, parts = benched(columns)
+    return doubts.doubt(where, [], parts, Candidate(part.kind, part, 0.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    "make, part, size",
+    [
+        *((heat.tilted, STILL, size) for size in (0.8, -6.0)),
+        (rectified, SUDDEN, 5.0),
+        (lambda seed, size: heat.shaken(seed, 0.1, size), NOISY, 2.0),
+        (heat.heated, WARM, 0.02),
+        (heat.supplied, follows("supply_V"), 0.2),
+    ],
+)
+def test_the_size_is_that_of_the_recording(make, part, size):
+    assert abs(doubts.size_of(*benched(make(1, size)), part) / size - 1) <= 0.15
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "make, part, low, high, unit",
+    [
+        (heat.tilted, STILL, 0.2, 6.0, "deg/s/g"),
+        (rectified, RECTIFIED, 5.0, 100.0, "deg/s/g^2"),
+        (noisy, NOISY, 2.0, 60.0, "deg/s per g rms"),
+        (heat.heated, WARM, 0.3, 9.0, "deg/s/degC"),
+        (heat.supplied, follows("supply_V"), 2.0, 1000.0, "deg/s per V"),
+    ],
+)
+def test_a_size_above_the_limit_is_doubted_with_its_reason_and_one_below_is_not(
+    make, part, low, high, unit
+):
+    for seed in SEEDS:
+        why = doubted(make(seed, high), part)
+        assert "is not physical" in why
+        assert f"{part.effect.limit(part.shape):.3g} {unit}." in why
+        assert re.search("Check the unit of (accel_x_g|temp_degC|supply_V)", why)
+        assert "physical" not in doubted(make(seed, low), part)
+
+
+@pytest.mark.parametrize(
+    "column, size, unit, said",
+    [
+        ("supply_mV", 2.0, 1e-3, False),
+        ("supply_V", 2.0, 1e3, True),  # kilovolts called volts
+        ("current_A", 1000.0, 1.0, False),
+    ],
+)
+def test_the_unit_of_a_column_that_is_followed_counts(column, size, unit, said):
+    why = doubted(heat.supplied(1, size, column, unit), follows(column))
+    assert ("physical" in why, f"Check the unit of {column}" in why) == (said, said)
+
+
+def test_every_effect_on_a_column_has_a_limit():
+    for kind, effect in table.TABLE.items():
+        if effect.needs:
+            shape = {name: "x" for name in effect.shape_names if name == "axis"}
+            assert 0 < effect.limit(shape) < INFINITE, kind
+    find = table.find("follows")
+    assert find.limit({"column": "vdd_V"}) == 1000 * find.limit({"column": "vdd_mV"})
+    assert find.limit({"column": "current"}) == INFINITE
+
+
+OWN = """
+from davarlab.effects.base import Effect, Parameter
+SUPPLY = Effect("supply", "The bias follows the supply.",
+                (Parameter("coefficient_dps_per_V", "deg/s/V", -1e9, 1e9),),
+                "Change the supply.", "mean", "that of the voltage",
+                regressor=lambda recording, shape: recording.column("supply_V"),
+                needs=("supply_V",), most=MOST)
+"""
+
+
+def test_a_limit_of_an_own_effect_counts(lab):
+    for most in ('{"": "much"}', '{"": -1.0}', "0.5"):
+        with asking.undone(), pytest.raises(BadInput, match="own.py: supply: most"):
+            own.load(lab.file("own.py", OWN.replace("MOST", most)))
+    with asking.undone():
+        own.load(lab.file("own.py", OWN.replace("MOST", '{"": 0.5}')))
+        for size, said in ((2.0, True), (0.2, False)):
+            why = doubts.of_size(*benched(heat.supplied(1, size)), Part("supply"))
+            assert ("is 0.5 deg/s/V" in why, why != "") == (said, said)
+
+
+def of_own_noise(columns, part):
+    return own_noise.doubt(*benched(columns), part)
+
+
+def test_a_column_of_white_noise_is_its_own_noise():
+    for seed in range(8):
+        found, rng = heat.still(seed)
+        for name, level, size in (
+            ("accel_x_g", 0, 1e-4),
+            ("temp_degC", 25, 0.02),
+            ("supply_V", 5, 0.002),
+        ):
+            found[name] = level + size * rng.standard_normal(len(found["time_s"]))
+        where, parts = benched(found)
+        for part in (ALONG_X, RECTIFIED, NOISY, WARM, follows("supply_V")):
+            for form in part.effect.forms:
+                one = Part(part.kind, part.shape, form)
+                why = own_noise.doubt(where, parts, one)
+                assert "white noise of the sensor itself" in why, (seed, one)
+
+
+@pytest.mark.slow
+def test_columns_that_move_are_more_than_their_noise_but_a_tilt_is_no_vibration():
+    for seed in range(8):
+        shaken, tilted = heat.shaken(seed, 0.01), heat.tilted(seed, 0.0)
+        for made, part, noise in (
+            *((shaken, part, False) for part in (ALONG_X, RECTIFIED, NOISY)),
+            *((tilted, part, part is not ALONG_X) for part in (ALONG_X, RECTIFIED, NOISY)),
+            (heat.make("none", "walk", seed, heat.SECONDS), WARM, False),
+            (heat.supplied(seed, 0.0), follows("supply_V"), False),
+        ):
+            assert bool(of_own_noise(made, part)) == noise, (seed, part)
+
+
+def test_a_line_wherever_it_is_and_one_count_are_more_than_noise():
+    found, _ = heat.still(1)
+    t = found["time_s"]
+    lines = (found["accel_x_g"] + 0.004 * np.sin(2 * np.pi * f * t) for f in (0.3, 7.0, 24.0))
+    for x in (*lines, np.where(t > 900, 0.004, 0.0)):
+        assert not of_own_noise({**found, "accel_x_g": x}, ALONG_X)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_noise_in_gyro_and_accelerometer_at_once_is_no_sensitivity(seed):
+    """A reference that both converters share: 6 deg/s/g on 0.1 mg."""
+    found, rng = heat.still(seed)
+    for axis in "xyz":
+        found[f"accel_{axis}_g"] = 1e-4 * rng.standard_normal(len(found["time_s"]))
+    found["gyro_z_dps"] = found["gyro_z_dps"] + 6.0 * found["accel_x_g"]
+    said = diagnose.diagnose(Recording(found, heat.RATE), MODEL)
+    assert "g_sensitivity" not in {*said.added, *said.states[-1].model_kinds}
+    assert re.search(r"of 5|of 6|of 7|sensor itself", said.doubtful["g_sensitivity"])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_rectification_of_the_noise_of_a_column_is_not_added(seed):
+    found, _ = heat.still(seed)
+    square = signals.local_mean_square(found["accel_x_g"], int(2 * heat.RATE))
+    found["gyro_z_dps"] = found["gyro_z_dps"] + 14000 * (square - square.mean())
+    said = diagnose.diagnose(Recording(found, heat.RATE), MODEL)
+    assert "vibration_rectification" not in said.states[-1].model_kinds
+    assert "is not physical" in said.doubtful["vibration_rectification"]

@@ -1,11 +1,13 @@
-"""Rates and angles in counts, rounded by formulas of this file."""
+"""Rates and angles in counts, rounded by formulas of this file; samples that are read twice behind
+them, and dead zones.
+"""
 
 import lab_bench
 import numpy as np
 import pytest
-from davarlab.data import counts
-from davarlab.data.recording import Recording
+from davarlab.data import counts, observations, repeats, signals
 from davarlab.diagnosis import improve
+from scipy import signal
 
 RATE, N, B = 100.0, 0.3, 5.0
 SIGMA = N / 60 * RATE**0.5
@@ -26,11 +28,12 @@ def angle_in_counts(y, q):
 
 
 def improved(y):
-    y = np.array([float(f"{value:.6f}") for value in y])
-    return improve.improve(Recording({"gyro_z_dps": y}, RATE), MODEL)
+    """(improvement, N fitted over the true one)."""
+    found = improve.improve(lab_bench.of_gyro(np.round(y, 6), RATE), MODEL)
+    return found, np.sqrt(found.diagnosis.states[-1].fit.sizes[0]) * 60 / N
 
 
-def test_the_count_is_found_whatever_was_done_to_the_values():
+def test_the_count_is_found_whatever_was_done_to_the_values_and_only_where_there_is_one():
     rng = np.random.default_rng(1)
     for q in (1 / 131, 0.05, 0.0175 * 57.3):
         k = np.round(0.8 * rng.normal(size=50000) + 0.3)
@@ -45,18 +48,11 @@ def test_the_count_is_found_whatever_was_done_to_the_values():
             np.round(1000 * k * q, 2) / 1000,
         ):
             assert abs(counts.step(y) / q - 1) <= 1e-3
-
-
-def test_values_without_a_grid_have_no_count():
-    x = np.random.default_rng(2).normal(size=50000)
-    for y in (
-        x,
-        np.round(x, 6),
-        np.round(x) + 0.5 * np.arange(len(x)) / len(x),
-        x[:1000],
-        np.zeros(1000),
-    ):
-        assert counts.step(y) in (0.0, counts.step(y) if counts.step(y) < 1e-4 else 0.0)
+    x = rng.normal(size=50000)
+    tilted = np.round(x) + 0.5 * np.arange(len(x)) / len(x)
+    for y in (x, np.round(x, 6), tilted, x[:1000], np.zeros(1000)):
+        assert counts.step(y) < 1e-4
+    assert abs(signals.count_of(0.2 + np.round(3 * x) * 0.0625) - 0.0625) < 5e-10
 
 
 def test_mean_and_variance_of_rounded_noise_as_drawn():
@@ -86,58 +82,87 @@ def test_a_moving_bias_explains_why_the_noise_changes():
     assert after < 1.4
 
 
-@pytest.mark.slow
-def test_nothing_is_missing():
-    for seed, sigma in enumerate((0.25, 0.3, 0.4, 0.6, 1.0)):
-        rng = np.random.default_rng([6, seed])
-        drift = np.linspace(0, 0.7, 120000) * SIGMA / sigma  # through most of a count
-        y = rate_in_counts(gyro(120000, rng), SIGMA / sigma)
-        found = improved(y)
-        assert (found.diagnosis.added, found.verdict) == ([], "none"), sigma
-        assert abs(np.sqrt(found.diagnosis.states[0].fit.sizes[0]) * 60 / N - 1) <= 0.03
-        named = improved(rate_in_counts(gyro(120000, rng) + drift, SIGMA / sigma)).diagnosis.added
-        assert not set(named) & {
-            "noise_step",
-            "shocks",
-            "low_pass",
-            "quantization",
-            "gauss_markov",
-        }, (sigma, named)
-
-
 def test_the_error_spectrum_is_that_of_a_rounded_walk():
     rng = np.random.default_rng(7)
     for sigma, mean in ((0.1, 0.37), (0.2, 0.13), (0.3, 0.013), (0.5, 0.2)):
         angle = np.cumsum(mean + sigma * rng.normal(size=400000))
-        error = np.round(angle) - angle
-        drawn = (
-            np.abs(np.fft.rfft(error * np.hanning(len(error)))) ** 2
-            / np.sum(np.hanning(len(error)) ** 2)
-        )[1:]
+        nu, drawn = signal.periodogram(np.round(angle) - angle, 2.0, "hann", detrend=False)
         increments = np.zeros(counts.LAGS + 1)
         increments[0] = sigma**2
         known = counts.error_spectrum(increments, np.array([mean]))
-        nu = np.arange(1, len(drawn) + 1) / len(error)
         ratio = [
-            drawn[part].mean() / np.interp(nu[part], np.linspace(0, 0.5, len(known)), known).mean()
-            for part in np.array_split(np.arange(len(nu)), 20)
+            drawn[part].mean() / np.interp(nu[part], np.linspace(0, 1, len(known)), known).mean()
+            for part in np.array_split(np.arange(1, len(nu)), 20)
         ]
         np.testing.assert_allclose(ratio, 1, atol=0.06)
 
 
 @pytest.mark.slow
-def test_it_is_quantization_and_nothing_else():
+@pytest.mark.parametrize("seed, sigma", [(0, 0.25), (2, 0.4), (4, 1.0)])
+def test_of_a_rate_in_counts_nothing_is_missing(seed, sigma):
+    rng, q = np.random.default_rng([6, seed]), SIGMA / sigma
+    drift = np.linspace(0, 0.7, 120000) * q  # through most of a count
+    found, size = improved(rate_in_counts(gyro(120000, rng), q))
+    assert (found.diagnosis.added, found.verdict) == ([], "none")
+    assert abs(size - 1) <= 0.03
+    named = improved(rate_in_counts(gyro(120000, rng) + drift, q))[0].diagnosis.added
+    made_up = {"noise_step", "shocks", "low_pass", "quantization", "gauss_markov"}
+    assert not set(named) & made_up
+
+
+@pytest.mark.slow
+def test_an_angle_in_counts_is_quantization_and_nothing_else():
     wrong = []
     for seed, sigma in enumerate((0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.5, 0.7, 1.0, 1.5)):
-        found = improved(
-            angle_in_counts(gyro(100000, np.random.default_rng([8, seed])), SIGMA / sigma)
-        )
-        size = np.sqrt(found.diagnosis.states[-1].fit.sizes[0]) * 60 / N
-        right = (
-            found.verdict == "quantization"
-            and found.diagnosis.added == ["quantization"]
-            and abs(size - 1) < 0.02
-        )
-        if not right or found.last.error > 1.25 * found.last.error_floor:
+        rng = np.random.default_rng([8, seed])
+        found, size = improved(angle_in_counts(gyro(60000, rng), SIGMA / sigma))
+        right = (found.verdict, found.diagnosis.added) == ("quantization", ["quantization"])
+        if not right or abs(size - 1) > 0.02 or found.last.error > 1.25 * found.last.error_floor:
             wrong.append((sigma, found.verdict, found.diagnosis.added, size))
     assert len(wrong) <= 1, wrong
+
+
+# Equal samples beside each other: by counts alone, or because they are read twice.
+
+
+def counted(seed, per_noise, each=1.0, decay=0.0, count=60_000):
+    """A gyro in counts, so many per noise, that is read `each` times a sample."""
+    rng = np.random.default_rng([seed, 8])
+    y = signal.lfilter([1], [1, -decay], rng.standard_normal(count)) * np.sqrt(1 - decay**2)
+    return 0.01 * np.round(y * per_noise + rng.random())[(np.arange(count) / each).astype(int)]
+
+
+def repeated(x):
+    return repeats.find({"gyro_z_dps": x}, np.ones(len(x), bool))
+
+
+def test_counts_explain_the_equal_samples_of_gaussian_noise():
+    for per_noise in (0.7, 1.0, 2.0, 4.0):
+        for decay in (0.0, 0.5):
+            x = counted(1, per_noise, decay=decay, count=400_000)
+            chance = repeats.by_counts(x, np.ones(len(x), bool))
+            assert chance is None or abs(chance / np.mean(np.diff(x) == 0) - 1) <= 0.06
+
+
+def test_repeats_are_found_behind_counts_and_not_left_out_and_coarse_counts_are_none():
+    for seed in range(5):
+        for per_noise, each in ((0.8, 1.3), (1.0, 1.8), (2.0, 2.0), (3.0, 3.0)):
+            assert not repeated(counted(seed, per_noise, each)).clear
+        for per_noise in (0.25, 0.4, 0.7, 1.0, 2.0, 5.0):
+            for decay in (0.0, 0.6, 0.95):
+                assert repeated(counted(seed, per_noise, decay=decay)) is None
+
+
+def test_small_rates_that_are_one_value_are_a_dead_zone_and_noise_in_counts_is_none():
+    for seed in range(5):
+        noise = np.random.default_rng(seed).standard_normal(20_000)
+        known = np.ones(len(noise), bool)
+
+        def seen(x, known=known):
+            return observations.dead(lab_bench.of_gyro(x, RATE), x, known)
+
+        found = seen(np.round(np.where(np.abs(noise) < 0.4, 0, 0.05 * noise), 3))
+        assert abs(found.share - 0.31) <= 0.02
+        assert found.spoils
+        for per_noise in (0.3, 1, 3, 6, 30, 1e4):
+            assert seen(np.round(noise * per_noise) * 0.01) is None

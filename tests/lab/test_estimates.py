@@ -12,7 +12,7 @@ from davarlab.inference import changes, estimate, modulation, whittle
 from davarlab.inference.estimate import Estimate
 from davarlab.inference.parts import Bench, Part
 from davarlab.inference.whittle import Data
-from scipy import stats
+from scipy import fft, stats
 
 RATE = 50.0
 WHITE = Part("angle_random_walk")
@@ -20,15 +20,17 @@ N = "coefficient_deg_per_sqrt_h"
 
 
 def benched(y, **columns):
-    made = Recording({"gyro_z_dps": y, **columns}, RATE)
-    return Bench(made, y)
+    return Bench(Recording({"gyro_z_dps": y, **columns}, RATE), y)
 
 
 def fitted(y, *parts, restricted=True, **columns):
-    bench = benched(y, **columns)
-    parts = [WHITE, *parts]
+    bench, parts = benched(y, **columns), [WHITE, *parts]
     fit = bench.fit(parts, restricted=restricted)
     return bench, parts, fit, estimate.all_estimates(bench, parts, fit)
+
+
+def white(seed, count, sigma=0.035):
+    return sigma * np.random.default_rng(seed).standard_normal(count)
 
 
 def reach(one):
@@ -52,23 +54,18 @@ def test_the_rate_of_shocks_has_the_exact_limits_of_a_poisson_count(count, hours
 
 
 def test_white_noise_is_as_uncertain_as_a_standard_deviation_is():
-    """Of n normal values: relative standard error 1 / sqrt(2 n)."""
+    """Of n normal values: relative standard error 1 / sqrt(2 n). A size that is fitted as nothing
+    is bounded by 1.96 of its error.
+    """
     count = 20_000
-    y = 0.035 * np.random.default_rng(1).standard_normal(count)
-    one = fitted(y)[3][0][N]
+    y = white(1, count)
+    bench, parts, fit, found = fitted(y)
+    one, error = found[0][N], stats.norm.ppf(0.975) / np.sqrt(2 * count)
     assert one.value == pytest.approx(60 * y.std(ddof=1) / RATE**0.5, rel=1e-3)
-    error = stats.norm.ppf(0.975) / np.sqrt(2 * count)
     assert np.log(one.high / one.value) == pytest.approx(error, rel=0.01)
     assert np.log(one.value / one.low) == pytest.approx(error, rel=0.01)
-
-
-def test_sizes_have_the_covariance_of_their_information():
-    """Of white noise alone 2 size^2 / n; a size that is fitted as nothing is bounded by 1.96 of
-    it."""
-    count = 8000
-    bench, parts, fit, _ = fitted(0.035 * np.random.default_rng(2).standard_normal(count))
-    found = whittle.size_covariance(bench.data, bench.rows(parts), fit.level)
-    assert found[0, 0] / fit.sizes[0] ** 2 == pytest.approx(2 / (count - 1), rel=0.01)
+    covariance = whittle.size_covariance(bench.data, bench.rows(parts), fit.level)
+    assert covariance[0, 0] / fit.sizes[0] ** 2 == pytest.approx(2 / (count - 1), rel=0.01)
     nothing = estimate.spectrum_estimate(0.5, 0.0, np.inf, 4e-4)
     assert (nothing.value, nothing.low) == (0.0, 0.0)
     assert nothing.high == pytest.approx(2 * np.sqrt(stats.norm.ppf(0.975) * 4e-4))
@@ -90,84 +87,73 @@ def test_a_coefficient_of_a_column_is_that_of_least_squares(seed):
     assert one.high - one.value == pytest.approx(one.value - one.low)
 
 
-def test_a_line_has_the_errors_of_cramer_and_rao():
-    count, size, f = 20_000, 0.01, 3.2
-    t, sigma = np.arange(count) / RATE, 0.035
-    y = sigma * np.random.default_rng(9).standard_normal(count)
-    y += size * np.sin(2 * np.pi * f * t + 1)
-    found = fitted(y, Part("sinusoid", {"frequency_hz": f}))[3][1]
-    assert found["amplitude_dps"].value == pytest.approx(size, abs=3 * sigma * (2 / count) ** 0.5)
-    # wider, up to twice: the phase at the start of the record is correlated with the frequency
-    assert 0.9 < reach(found["amplitude_dps"]) / (1.96 * sigma * (2 / count) ** 0.5) < 2.1
-    bound = np.sqrt(6 / count) * sigma / (np.pi * size * count / RATE)
-    assert reach(found["frequency_hz"]) == pytest.approx(1.96 * bound, rel=0.1)
+def line_bound(size, sigma, count):
+    """Of Cramér and Rao, in Hz."""
+    return np.sqrt(6 / count) * sigma / (np.pi * size * count / RATE)
 
 
-def test_a_visit_has_the_errors_of_cramer_and_rao():
-    count, size, f, sigma = 40_000, 0.03, 7.0, 0.035
+def test_a_line_and_a_visit_have_the_errors_of_cramer_and_rao():
+    count, size, f, sigma = 20_000, 0.01, 3.2, 0.035
     t = np.arange(count) / RATE
-    on = (t >= 200) & (t < 500)
-    y = sigma * np.random.default_rng(3).standard_normal(count)
-    y += on * size * np.sin(2 * np.pi * f * t)
-    shape = {"frequency_hz": f, "start_s": 200.0, "stop_s": 500.0}
+    y = white(9, count) + size * np.sin(2 * np.pi * f * t + 1)
+    found = fitted(y, Part("sinusoid", {"frequency_hz": f}))[3][1]
+    off = sigma * (2 / count) ** 0.5
+    assert found["amplitude_dps"].value == pytest.approx(size, abs=3 * off)
+    # wider, up to twice: the phase at the start of the record is correlated with the frequency
+    assert 0.9 < reach(found["amplitude_dps"]) / (1.96 * off) < 2.1
+    bound = 1.96 * line_bound(size, sigma, count)
+    assert reach(found["frequency_hz"]) == pytest.approx(bound, rel=0.1)
+
+    t = np.arange(2 * count) / RATE
+    y = white(3, 2 * count) + ((t >= 200) & (t < 500)) * 0.03 * np.sin(2 * np.pi * 7.0 * t)
+    shape = {"frequency_hz": 7.0, "start_s": 200.0, "stop_s": 500.0}
     found = fitted(y, Part("intermittent_line", shape))[3][1]
-    bound = np.sqrt(6 / (300 * RATE)) * sigma / (np.pi * size * 300)
-    assert reach(found["frequency_hz"]) == pytest.approx(1.96 * bound, rel=0.1)
+    bound = 1.96 * line_bound(0.03, sigma, 300 * RATE)
+    assert reach(found["frequency_hz"]) == pytest.approx(bound, rel=0.1)
     assert found["start_s"].low < 200 < found["start_s"].high
     assert 0.2 < reach(found["start_s"]) < 5
 
 
 def test_what_columns_take_is_taken_off_the_degrees_of_freedom():
     """An unbiased variance divides by n - k (REML); the likelihood alone by n."""
-    rng, count, lines = np.random.default_rng(4), 1000, 60
-    y = 0.035 * rng.standard_normal(count)
+    count, lines = 1000, 60
     parts = [Part("sinusoid", {"frequency_hz": 0.4 * (k + 1)}) for k in range(lines)]
-    bench = benched(y)
+    bench = benched(white(4, count))
     free, plain = (bench.fit([WHITE, *parts], restricted=one).sizes[0] for one in (True, False))
     assert free / plain == pytest.approx((count - 1) / (count - 1 - 2 * lines), rel=0.01)
 
 
-@pytest.mark.parametrize("role", ["column", "row"])
-def test_a_score_is_what_the_fit_gains(role):
+def test_a_score_of_a_column_is_what_the_fit_gains():
     rng, count = np.random.default_rng(5), 8000
-    y = 0.035 * rng.standard_normal(count)
-    if role == "column":
-        x = np.cumsum(rng.standard_normal(count))
-        data = Data(y + 1e-3 * x / x.std(), RATE)
-        data.add("x", x)
-        level = np.full(len(data.counts), 0.035**2)
-        score = whittle.score_of_column(data, [], level, "x")
-        before = whittle.log_likelihood(data, data.product("gyro", "gyro"), level)
-        beta, inverse, residual, _ = whittle.generalised_least_squares(data, ["x"], level)
-        assert score == pytest.approx(whittle.log_likelihood(data, residual, level) - before)
-        assert score == pytest.approx(0.5 * beta[0] ** 2 / inverse[0, 0])
-    else:
-        y = y + lab_bench.flicker(count, 20 / 3600, rng, 2)
-        bench = benched(y)
-        parts = [WHITE, Part("bias_instability")]
-        before, after = bench.fit(parts[:1]), bench.fit(parts)
-        score = whittle.score_of_row(
-            bench.data,
-            bench.rows(parts[:1]),
-            bench.data.product("gyro", "gyro"),
-            before.level,
-            bench.rows(parts)[1],
-        )
-        gain = after.log_likelihood - before.log_likelihood
-        assert 5 < gain < score < 40 * gain  # to second order
+    x = np.cumsum(rng.standard_normal(count))
+    data = Data(0.035 * rng.standard_normal(count) + 1e-3 * x / x.std(), RATE)
+    data.add("x", x)
+    level = np.full(len(data.counts), 0.035**2)
+    score = whittle.score_of_column(data, [], level, "x")
+    before = whittle.log_likelihood(data, data.product("gyro", "gyro"), level)
+    beta, inverse, residual, _ = whittle.generalised_least_squares(data, ["x"], level)
+    assert score == pytest.approx(whittle.log_likelihood(data, residual, level) - before)
+    assert score == pytest.approx(0.5 * beta[0] ** 2 / inverse[0, 0])
+
+
+def test_a_score_of_a_row_is_what_the_fit_gains_to_second_order():
+    flicker = lab_bench.flicker(8000, 20 / 3600, np.random.default_rng(5), 2)
+    bench, parts = benched(white(5, 8000) + flicker), [WHITE, Part("bias_instability")]
+    before, after = bench.fit(parts[:1]), bench.fit(parts)
+    rows, gyro = bench.rows(parts), bench.data.product("gyro", "gyro")
+    score = whittle.score_of_row(bench.data, rows[:1], gyro, before.level, rows[1])
+    gain = after.log_likelihood - before.log_likelihood
+    assert 5 < gain < score < 40 * gain
 
 
 def test_the_likelihood_is_that_of_independent_normal_ordinates():
-    y = 0.035 * np.random.default_rng(6).standard_normal(500)
+    y = white(6, 500)
     bench = benched(y)
     fit = bench.fit([WHITE])
-    from scipy import fft
-
     c = fft.dct(y - y.mean(), norm="ortho")[1:]
     exact = stats.norm.logpdf(c, 0, np.sqrt(fit.sizes[0] * RATE)).sum()
     assert fit.log_likelihood - 0.5 * len(c) * np.log(2 * np.pi) == pytest.approx(exact)
-    sizes, coefficients = fit.sizes, fit.coefficients
-    again = estimate.vector_likelihood(bench, [WHITE], sizes, coefficients)
+    again = estimate.vector_likelihood(bench, [WHITE], fit.sizes, fit.coefficients)
     assert again == pytest.approx(fit.log_likelihood)
 
 
@@ -211,20 +197,16 @@ def test_levels_whose_mean_shrinks_them():
 
 def test_noise_that_has_grown_for_a_while():
     """The ratio of two standard deviations of n1 and n2 normal values."""
-    rng, count = np.random.default_rng(7), 40_000
+    count, shape = 40_000, {"start_s": 200.0, "stop_s": 500.0}
     t = np.arange(count) / RATE
     on = (t >= 200) & (t < 500)
-    y = 0.035 * np.where(on, 1.5, 1.0) * rng.standard_normal(count)
-    shape = {"start_s": 200.0, "stop_s": 500.0}
-    found = fitted(y, Part("noise_step", shape))[3]
-    ratio = found[1]["ratio"]
+    found = fitted(np.where(on, 1.5, 1.0) * white(7, count), Part("noise_step", shape))[3]
+    ratio, quiet = found[1]["ratio"], found[0][N]
     error = 1.96 * np.sqrt(0.5 / on.sum() + 0.5 / (~on).sum())
     assert ratio.value == pytest.approx(1.5, rel=1.5 * error)
     assert error < np.log(ratio.high / ratio.value) < 1.6 * error
-    for name, true in shape.items():
-        assert found[1][name].low < true < found[1][name].high
-    quiet = found[0][N]
-    assert quiet.low < 60 * 0.035 / RATE**0.5 < quiet.high
+    for one, true in ((quiet, 60 * 0.035 / RATE**0.5), *((found[1][k], shape[k]) for k in shape)):
+        assert one.low < true < one.high
 
 
 def test_energies_of_blocks_are_fitted_as_a_brute_search_finds():
@@ -242,15 +224,9 @@ def test_energies_of_blocks_are_fitted_as_a_brute_search_finds():
     assert likelihood >= around - 1e-3
     errors = np.sqrt(np.diag(changes.size_covariance(blocks, shapes, variance)))
     assert (np.abs(sizes - [1.0, 0.7]) < 4 * errors).all()
-    drawn = np.array(
-        [
-            changes.fit(
-                changes.Blocks(variance * rng.chisquare(50, 400) / 50, 50, 1.0, 50.0), shapes
-            )[0]
-            for _ in range(60)
-        ]
-    )
-    np.testing.assert_allclose(drawn.std(axis=0) / errors, 1, atol=0.35)
+    draws = rng.chisquare(50, (60, 400)) / 50
+    drawn = [changes.fit(changes.Blocks(variance * d, 50, 1.0, 50.0), shapes)[0] for d in draws]
+    np.testing.assert_allclose(np.std(drawn, axis=0) / errors, 1, atol=0.35)
 
 
 def test_the_share_of_white_noise_in_a_spectrum():

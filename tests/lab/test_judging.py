@@ -1,18 +1,22 @@
-"""The tests of adequacy and the cells of Allan deviations against their exact laws."""
+"""The tests of adequacy and the cells of Allan deviations against their exact laws; the slack, the
+end and the cost of the search.
+"""
 
+from dataclasses import replace
 from types import SimpleNamespace
+from unittest import mock
 
 import lab_bench
 import numpy as np
 import pytest
 from davarlab.candidates import candidate
-from davarlab.diagnosis import cells, fitting, judge, search
+from davarlab.diagnosis import cells, evidence, fitting, judge, search
 from davarlab.diagnosis import improve as improving
 from davarlab.diagnosis.judge import Cell
 from davarlab.inference import adequacy, allan
 from davarlab.inference.parts import Part
-from davarlab.thresholds import CHANCE, JUDGE
-from scipy import stats
+from davarlab.thresholds import CHANCE, JUDGE, SEARCH
+from scipy import fft, stats
 
 
 def cell(ratio=1.0, freedom=100.0, tau_s=1.0, start_s=0.0, stop_s=100.0):
@@ -75,8 +79,6 @@ def test_each_test_sees_its_fault(spoiled, name):
 
 def in_time(c, growth):
     """Noise that grows in the middle third of the record."""
-    from scipy import fft
-
     y = fft.idct(np.concatenate([[0.0], c]), norm="ortho")
     third = len(y) // 3
     y[third : 2 * third] *= growth
@@ -110,35 +112,37 @@ def test_the_floor_is_the_error_of_true_models():
     assert judge.error_of([cell(10.0), cell(0.1), cell(1.0)]) == pytest.approx((2 / 3) ** 0.5)
 
 
-def test_the_words_of_the_judge():
+FINE, SURE = [cell(1.0, 1e4)] * 4, stats.chi2.ppf(1 - CHANCE.family_wise / 10, 1e6) / 1e6
+UNSURE = stats.chi2.ppf(CHANCE.family_wise / 10, 1e6) / 1e6
+WORDS = [  # word, cells, p, cells of short windows, what spoils the recording
+    ("statistical", FINE, 0.5, [], ""),
+    ("statistical", FINE, 0.0101, [], ""),
+    ("practical", FINE, 0.0099, [], ""),
+    ("no", FINE, 0.5, [], "dead_zone"),
+    ("no", [], 0.5, [], ""),
+    ("no", [cell(10 ** (1.3 * judge.floor_of(FINE)), 1e4)] * 4, 0.5, [], ""),
+    ("statistical", [cell(10 ** (1.2 * judge.floor_of(FINE)), 1e4)] * 4, 0.5, [], ""),
+    *(
+        (word, FINE, 0.5, [cell((1 + bound) ** sign * np.sqrt(end), 1e6)], "")
+        for sign, end in ((1, SURE), (-1, UNSURE))
+        for bound, word in ((0.049, "practical"), (0.051, "no"))
+    ),
+]
+
+
+@pytest.mark.parametrize("word, found, p, short, spoiled", WORDS)
+def test_the_words_of_the_judge(word, found, p, short, spoiled):
     """Statistical: not proven off, p at least 1 %, error at most 1.25 floors; practical: proven
     off by 5 % at most."""
-    fine = [cell(1.0, 1e4)] * 4
-    floor = judge.floor_of(fine)
+    assert judge.judged(found, short, p, spoiled).adequacy == word
 
-    def word(found, p=0.5, short=(), spoiled=""):
-        return judge.judged(list(found), list(short), p, spoiled).adequacy
 
-    assert word(fine) == "statistical"
-    assert word(fine, 0.0101) == "statistical"
-    assert word(fine, 0.0099) == "practical"
-    assert word(fine, spoiled="dead_zone") == "no"
-    assert word([]) == "no"
-    assert judge.judged([], [], 0.5).largest is None
-    off = 10 ** (1.3 * floor)
-    assert word([cell(off, 1e4)] * 4) == "no"
-    assert word([cell(10 ** (1.2 * floor), 1e4)] * 4) == "statistical"
-    for bound, expected in ((0.049, "practical"), (0.051, "no")):
-        for sign in (1, -1):
-            tail = CHANCE.family_wise / (2 * 5)
-            p = 1 - tail if sign > 0 else tail
-            end = np.sqrt(stats.chi2.ppf(p, 1e6) / 1e6)
-            ratio = np.exp(sign * np.log(1 + bound)) * end
-            assert word(fine, short=[cell(ratio, 1e6)]) == expected, (bound, sign)
+def test_the_largest_deviation_is_that_of_its_cell():
     said = judge.judged([cell(1.5, 1e4, 2.0), cell(1.2, 1e4, 4.0)], [], 0.5)
     assert (said.largest["tau_s"], said.largest["ratio"]) == (2.0, 1.5)
     assert 44 < said.largest["percent"] < 50
     assert said.farthest == said.largest
+    assert judge.judged([], [], 0.5).largest is None
 
 
 def test_the_longest_tau_that_a_record_confirms():
@@ -178,11 +182,8 @@ def test_expected_variances_are_those_of_the_definition(samples):
 
 
 def test_short_windows_and_octaves():
-    assert allan.octaves(9) == [1]
-    assert allan.octaves(8) == []
-    assert allan.octaves(1000)[-1] == 64
-    assert allan.octaves(36 * 16)[-1] == 64
-    assert allan.octaves(36 * 16 - 1)[-1] == 32
+    for window, longest in ((8, 0), (9, 1), (1000, 64), (36 * 16, 64), (36 * 16 - 1, 32)):
+        assert [0, *allan.octaves(window)][-1] == longest
 
 
 def test_chance_of_a_gain():
@@ -353,3 +354,85 @@ def test_a_part_that_chance_explains_beside_later_ones(monkeypatch, loss, chance
     state = SimpleNamespace(bench=SimpleNamespace(y=np.zeros(10_000)))
     part = SimpleNamespace(kind="rate_ramp", role="mean", form="raw")
     assert search.by_chance(state, part, Stand("a")) is chance
+
+
+# The way of the search: where it ends, and what it may cost.
+
+
+def ends(*adequate, late=()):
+    """Names of the steps that are kept; late: those that the tests in time refute."""
+
+    def step(name, good):
+        return SimpleNamespace(name=name, judgement=SimpleNamespace(adequate=good))
+
+    steps = [step(name, good) for name, good in zip("abcde", adequate)]
+    with mock.patch.object(search, "judged", lambda one: step(one.name, one.name not in late)):
+        return "".join(one.name for one in search.best(steps))
+
+
+def test_a_search_ends_at_the_last_adequate_step_or_keeps_all():
+    assert ends(False, False, True) == "abc"
+    assert ends(False, True, False) == "ab"
+    assert ends(True, False, False) == "a"
+    assert ends(False, True, True, False, late="c") == "ab"
+    assert ends(False, False, False) == "abc"
+    assert ends(False, True, False, late="b") == "abc"
+
+
+MODEL = lab_bench.model(n=0.4)
+
+
+def crowded(lines, samples=20_000, seed=11):
+    """White noise and many lines that wander, which bands follow one after the other."""
+    rng = np.random.default_rng(seed)
+    y = 0.05 * rng.standard_normal(samples)
+    for f in np.linspace(1.0, 20.0, lines):
+        turn = 2 * np.pi * f * np.arange(samples) / 50
+        y += 0.02 * np.sin(turn + np.cumsum(0.05 * rng.standard_normal(samples)))
+    return lab_bench.of_gyro(y)
+
+
+@pytest.fixture(scope="module")
+def start():
+    with np.errstate(all="ignore"):
+        return fitting.start(crowded(12), MODEL)
+
+
+def forward(start):
+    """(search, its steps, fits, transforms): counts, which are the same on every machine."""
+    work, steps = start.bench.data.work, []
+    before = replace(work)
+    start.bench.data.fits.clear()
+    with np.errstate(all="ignore"):
+        way = search.forward(start, 2, steps.append)
+    return way, len(steps), work.fits - before.fits, work.transforms - before.transforms
+
+
+@pytest.mark.slow
+def test_a_crowded_spectrum_is_searched_within_the_bounds(start):
+    _, steps, fits, transforms = forward(start)
+    assert steps <= SEARCH.steps_most
+    assert fits < SEARCH.fits_most
+    assert transforms < 1000
+
+
+@pytest.mark.slow
+def test_a_search_ends_with_the_step_that_reaches_the_bound_and_says_so(start, monkeypatch):
+    monkeypatch.setattr(search, "SEARCH", replace(SEARCH, fits_most=100))
+    way, steps, fits, _ = forward(start)
+    assert (steps, way.ended) == (1, "100 fits")
+    assert fits >= 100
+    monkeypatch.setattr(search, "SEARCH", replace(SEARCH, steps_most=2))
+    way, steps, *_ = forward(start)
+    assert (steps, way.ended) == (2, "2 steps")
+
+
+def test_a_search_without_anything_left_did_not_reach_a_bound():
+    quiet = lab_bench.of_gyro(0.05 * np.random.default_rng(5).standard_normal(20_000))
+    with np.errstate(all="ignore"):
+        way = search.forward(fitting.start(quiet, MODEL), 2, lambda text: None)
+    assert way.ended == ""
+    assert evidence.notes(quiet, MODEL, (), way.ended) == []
+    (note,) = evidence.notes(quiet, MODEL, (), "24 steps")
+    assert "ended after 24 steps" in note
+    assert "may be missing" in note

@@ -35,15 +35,6 @@ def test_export_says_what_it_leaves_out(lab):
     assert table.read_text().endswith(",0.1\n")
 
 
-def test_import_renames_and_scales(lab):
-    rows = "".join(f"{i * 0.01:.2f};{i % 7}\n" for i in range(1200))
-    log, other = lab.file("log.csv", "t;g\n" + rows), lab.work / "o.csv"
-    words = ("--rename", "t=time_s", "--rename", "g=gyro_x_dps", "--scale", "gyro_x_dps=0.5")
-    done = run("import", log, "-o", other, *words)
-    assert done.returncode == 0, done.stderr
-    assert other.read_text().splitlines()[2] == "0.01,0.5"
-
-
 def healths(lab, recording, model):
     """The health of the monitor of davar-sim with the exported table, window by window."""
     table = lab.work / f"{model.stem}.csv"

@@ -26,26 +26,21 @@ def result(adev, sizes=None, values=None, uncertainty=None):
     )
 
 
-def test_sizes_up_to_two_to_the_31():
+def absent(found, name):
+    return [value is None for value in found[name]]
+
+
+def test_sizes_ascend_to_two_to_the_31_and_some_have_no_deviation_yet():
     found = curve(result([0.1] * 32))
     assert found["m"] == [2**t for t in range(32)]
     assert found["tau_s"][-1] == 2**31 / RATE_HZ
     assert found["adev"] == [0.1] * 32
-    for name in ("low", "high", "fitted"):
-        assert found[name] == [None] * 32
-
-
-def test_sizes_that_have_no_deviation_yet():
-    found = curve(
-        result([0.1, 0.05, math.nan], None, {"arw_deg_per_sqrt_h": 0.6}, [0.1, 0.2, math.nan])
-    )
-    assert [value is None for value in found["adev"]] == [False, False, True]
-    for name in ("low", "high", "fitted"):
-        assert [value is None for value in found[name]] == [False, False, True], name
-
-
-def test_the_sizes_ascend_in_any_order_of_their_frames():
-    found = curve(result([3.0, 1.0, 2.0], [64, 1, 8]))
+    assert all(found[name] == [None] * 32 for name in ("low", "high", "fitted"))
+    values = {"arw_deg_per_sqrt_h": 0.6}
+    found = curve(result([0.1, 0.05, math.nan], None, values, [0.1, 0.2, math.nan]))
+    for name in ("adev", "low", "high", "fitted"):
+        assert absent(found, name) == [False, False, True], name
+    found = curve(result([3.0, 1.0, 2.0], [64, 1, 8]))  # in any order of their frames
     assert (found["m"], found["adev"]) == ([1, 8, 64], [1.0, 2.0, 3.0])
 
 
@@ -69,16 +64,12 @@ def test_both_limits_follow_from_half_the_width():
 
 
 def test_the_terms_add_their_variances():
-    values = {name: 0.1 + k for k, (name, *_) in enumerate(TERMS)}
     for taken in range(1, 32):
-        some = [one for k, one in enumerate(TERMS) if taken >> k & 1]
-        given = {
-            name: values[name] if taken >> k & 1 else math.nan for k, (name, *_) in enumerate(TERMS)
-        }
+        given, parts = {}, []
+        for k, (name, unit, factor, power) in enumerate(TERMS):
+            given[name] = 0.1 + k if taken >> k & 1 else math.nan
+            parts += [(given[name] / unit, factor, power)] if taken >> k & 1 else []
         for tau_s in (0.01, 1.0, 86400.0):
-            variance = sum(
-                factor * (values[name] / unit) ** 2 * tau_s**power
-                for name, unit, factor, power in some
-            )
+            variance = sum(factor * value**2 * tau_s**power for value, factor, power in parts)
             assert abs(fitted(given, tau_s) / math.sqrt(variance) - 1) <= 1e-12
     assert fitted({"bi_deg_per_h": math.nan, "kurtosis": 3.0}, 1.0) is None

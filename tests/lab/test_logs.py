@@ -1,9 +1,14 @@
 """tools/davarlab import, and every command that takes a recording, on other people's logs: what the
-formats' own libraries wrote comes back.
+formats' own libraries wrote comes back. Raw text files as loggers, spreadsheets and serial ports
+write them: what was measured is read, or one line says what to type.
 """
 
+import binascii
 import contextlib
+import csv
+import functools
 import json
+import operator
 import os
 import sqlite3
 from pathlib import Path
@@ -12,9 +17,68 @@ import numpy as np
 import pytest
 import writing_logs as writing
 from asking import MODEL, ROOT, run, said
-from importing import Logs
+from lab_bench import Lab
 
 REAL = Path(os.environ.get("DAVAR_REAL_DATA", ROOT.parent / "shared/data/real")).parent / "logs"
+SINGLE = 2e-7  # relative, of float32 and of nine digits
+
+
+class Logs(Lab):
+    """A folder with the log of a known gyro, and what import makes of it."""
+
+    def __init__(self, work):
+        super().__init__(work)
+        self.out = self.work / "out.csv"
+        self.truth = writing.Truth()
+
+    def imported(self, log, *options):
+        """(notes, name -> values as text) of the recording that import writes."""
+        done = run("import", log, "-o", self.out, *options)
+        assert (done.returncode, "Traceback" in done.stderr) == (0, False), done.stderr
+        lines = self.out.read_text().splitlines()
+        notes = [line for line in lines if line.startswith("#")]
+        rows = list(csv.reader(line for line in lines if not line.startswith("#")))
+        return notes, dict(zip(rows[0], zip(*rows[1:])))
+
+    def rejected(self, log, *said, options=()):
+        """Exit status 2, one line with all that is said, nothing left behind."""
+        self.out.unlink(missing_ok=True)
+        line = self.refused(said[0], "import", log, "-o", self.out, *options)
+        assert all(words in line for words in said), line
+        assert not self.out.exists()
+
+    def check(self, columns, gyro=1.0, accel=True, temp=True, first=0):
+        for axis, name in enumerate("xyz"):
+            rates = np.float64(columns[f"gyro_{name}_dps"])
+            np.testing.assert_allclose(rates, self.truth.gyro[axis] * gyro, rtol=SINGLE, atol=1e-8)
+            if accel:
+                forces = np.float64(columns[f"accel_{name}_g"])[first::2]
+                true = self.truth.accel[axis][first::2]
+                np.testing.assert_allclose(forces, true, rtol=SINGLE, atol=1e-7)
+        if temp:  # after its last stamp it is held
+            np.testing.assert_allclose(np.float64(columns["temp_degC"]), self.truth.temp, atol=0.12)
+
+    def check_stamps(self, columns, ns):
+        whole = [
+            int(second) * 10**9 + int(part.ljust(9, "0") or 0)
+            for second, _, part in (text.partition(".") for text in columns["time_s"])
+        ]
+        assert whole == [int(one) for one in ns]
+
+    def check_gyro(self, columns, atol=1e-6, first=0, time=True):
+        for axis, name in enumerate("xyz"):
+            rates = np.float64(columns[f"gyro_{name}_dps"])
+            np.testing.assert_allclose(rates, GYRO[first:, axis], atol=atol, err_msg=name)
+        if time:
+            stamps = np.float64(columns["time_s"])
+            np.testing.assert_allclose(stamps - stamps[0], TIME[: COUNT - first], atol=1e-9)
+
+    def said(self, log, *options):
+        return run("import", log, "-o", self.out, *options).stderr
+
+    def proposed(self, log):
+        """The --names that a refusal says to type."""
+        return self.said(log).split("--names ")[1].split()[0]
 
 
 @pytest.fixture
@@ -124,18 +188,15 @@ def test_every_command_takes_a_log(logs):
 
 
 def rows_of(logs, name, header, row):
-    return logs.file(
-        name, header + "\n" + "".join(row(place) + "\n" for place in range(logs.truth.count))
-    )
+    rows = (row(place) for place in range(logs.truth.count))
+    return logs.file(name, "\n".join([header, *rows, ""]))
 
 
 def test_a_guess_is_shown_and_overridden(logs):
-    log = rows_of(
-        logs,
-        "log.txt",
-        "t gx gy gz",
-        lambda i: f"  {i * 5}   {i % 50 * 100} {i % 31 * 10}\t{i % 7 * 100}",
-    )
+    def row(i):
+        return f"  {i * 5}   {i % 50 * 100} {i % 31 * 10}\t{i % 7 * 100}"
+
+    log = rows_of(logs, "log.txt", "t gx gy gz", row)
     done = run("import", log, "-o", logs.out)
     assert "--unit gx=UNIT" in done.stderr
     assert "gyro_x_counts" in done.stdout
@@ -145,66 +206,64 @@ def test_a_guess_is_shown_and_overridden(logs):
 
 
 def test_unix_times_survive(logs):
-    own = rows_of(
-        logs,
-        "own.csv",
-        "time_s,gyro_x_dps",
-        lambda i: (
-            f"{logs.truth.stamps_ns[i] // 10**9}.{logs.truth.stamps_ns[i] % 10**9:09d},{i % 5}"
-        ),
-    )
-    logs.check_stamps(logs.imported(own)[1], logs.truth.stamps_ns)
-    for unit, size in (("ns", 1), ("us", 1000)):
-        log = rows_of(
-            logs,
-            f"{unit}.csv",
-            f"timestamp_{unit},gyro_x_dps",
-            lambda i, size=size: f"{logs.truth.stamps_ns[i] // size},{i % 5}",
-        )
-        logs.check_stamps(logs.imported(log)[1], logs.truth.stamps_ns // size * size)
-    dates = np.array(logs.truth.stamps_ns, "datetime64[ns]")
-    log = rows_of(logs, "date.csv", "time,gyro_x_dps", lambda i: f"{dates[i]},{i % 5}")
-    logs.check_stamps(logs.imported(log)[1], logs.truth.stamps_ns)
+    ns = logs.truth.stamps_ns
+    dates = ns.astype("datetime64[ns]")
+    for column, stamps, digit in (
+        ("time_s", [f"{one // 10**9}.{one % 10**9:09d}" for one in ns], 1),
+        ("timestamp_ns", ns, 1),
+        ("timestamp_us", ns // 1000, 1000),
+        ("time", dates, 1),
+    ):
+        row = (lambda stamps: lambda i: f"{stamps[i]},{i % 5}")(stamps)
+        log = rows_of(logs, "log.csv", f"{column},gyro_x_dps", row)
+        logs.check_stamps(logs.imported(log)[1], ns // digit * digit)
 
 
-def test_degree_signs_quotes_and_a_column_of_somebody_elses_name(logs):
-    log = rows_of(
-        logs,
-        "log.csv",
+TEXTS = [  # names, row, options, columns of the result
+    (
         '"Time (s)","Gyroscope x (\u00b0/s)","Absolute","light"',
-        lambda i: f'"{i * 0.005:.3f}","{i % 5}.5",3,{i % 2}',
-    )
-    _, columns = logs.imported(log)
-    assert (columns["gyro_x_dps"][:2], columns["light"][:2]) == (("0.5", "1.5"), ("0", "1"))
-    log = rows_of(
-        logs,
-        "commas.csv",
-        "t,gx_dps",
-        lambda i: f'"{i * 0.005:.3f}","-{i % 5}.5"'.replace(".", ","),
-    )
-    assert logs.imported(log)[1]["gyro_x_dps"][:2] == ("-0.5", "-1.5")
-    logs.rejected(rows_of(logs, "xyz.csv", "t,x", lambda i: f"{i * 0.005:.3f},{i % 5}"), "--rename")
-    columns = logs.imported(logs.work / "xyz.csv", "--rename", "x=gyro_x_rad_s")[1]
-    assert abs(float(columns["gyro_x_dps"][1]) - 57.29578) < 5e-5
+        '"{t:.3f}","{i5}.5",3,{i2}',
+        (),
+        {"gyro_x_dps": ("0.5", "1.5"), "light": ("0", "1")},
+    ),
+    ("t,gx_dps", '"{comma}","-{i5},5"', (), {"gyro_x_dps": ("-0.5", "-1.5")}),
+    ("t,x", "{t:.3f},{i5}", ("--rename", "x=gyro_x_dps"), {"gyro_x_dps": ("0", "1")}),
+    (
+        "t;g",
+        "{t:.3f};{i5}",
+        ("--rename", "t=time_s", "--rename", "g=gyro_x_dps", "--scale", "gyro_x_dps=0.5"),
+        {"time_s": ("0", "0.005"), "gyro_x_dps": ("0", "0.5")},
+    ),
+    (
+        "t,imu0_gx_dps,imu1_gx_dps",
+        "{t:.3f},{i5},{i2}",
+        ("--sensor", "imu1_g_dps"),
+        {"gyro_x_dps": ("0", "1")},
+    ),
+]
 
 
-def test_two_gyros_in_a_table(logs):
-    log = rows_of(
-        logs, "log.csv", "t,imu0_gx_dps,imu1_gx_dps", lambda i: f"{i * 0.005:.3f},{i % 5},{i % 3}"
-    )
-    logs.rejected(log, "--sensor", "imu0", "imu1")
-    listed = json.loads(run("import", log, "--list", "--json").stdout)["sensors"]
-    columns = logs.imported(log, "--sensor", listed[1]["name"])[1]
-    assert columns["gyro_x_dps"][:4] == ("0", "1", "2", "0")
+@pytest.mark.parametrize(
+    "names, form, options, expected",
+    TEXTS,
+    ids=["quotes", "decimal commas in quotes", "renamed", "scaled", "two gyros"],
+)
+def test_columns_of_somebody_elses_name(logs, names, form, options, expected):
+    def row(i):
+        t = i * 0.005
+        return form.format(t=t, comma=f"{t:.3f}".replace(".", ","), i5=i % 5, i2=i % 2)
+
+    log = rows_of(logs, "log.csv", names, row)
+    if options:
+        logs.rejected(log, options[0], *(("imu0", "imu1") if "imu0" in names else ()))
+    _, columns = logs.imported(log, *options)
+    assert {name: columns[name][:2] for name in expected} == expected
 
 
 def test_what_import_writes_holds_only_what_was_measured(logs):
     kept = [place for place in range(400) if not 100 <= place < 120]
-    log = logs.file(
-        "log.csv",
-        "t;gx_dps\n" + "".join(f"{place * 0.005:.3f};{place % 7}\n" for place in kept),
-    )
-    assert len(logs.imported(log)[1]["time_s"]) == 380
+    text = "".join(f"{place * 0.005:.3f};{place % 7}\n" for place in kept)
+    assert len(logs.imported(logs.file("log.csv", "t;gx_dps\n" + text))[1]["time_s"]) == 380
 
 
 @pytest.mark.parametrize("name", [*UNITS, *sorted(set(LOGS) - {"log.log", "apart.npz"})])
@@ -254,8 +313,6 @@ def test_time_backwards_and_no_time(logs):
 
 
 real = pytest.mark.skipif(not REAL.is_dir(), reason=f"no real logs in {REAL}")
-
-
 REAL_LOGS = {  # name: (--sensor, samples, first stamp, mean temperature and how far off)
     "px4_cubeorange_at_rest_6s.ulg": ("sensor_combined:0", 1298, "", 40, 3),
     "arducopter_dataflash_51s.BIN": ("IMU", 1258, "402.644506", 27, 3),
@@ -283,3 +340,277 @@ def test_matlab_with_two_imus_and_an_object_that_breaks_naive_readers(logs):
     _, columns = logs.imported(log, "--sensor", "giro_bno_dps")
     assert len(columns["time_s"]) == 40000
     assert abs(np.mean(np.float64(columns["accel_z_g"][:2000])) - 0.95) <= 0.02
+
+
+# Raw text.
+
+
+COUNT = 1200
+RATE_HZ = 100
+RNG = np.random.default_rng(20)
+GYRO = np.round(RNG.normal(0, 0.3, (COUNT, 3)), 5)
+FORCE = np.round(RNG.normal([0.02, -0.03, 1.0], 0.004, (COUNT, 3)), 5)
+TEMP = np.round(25 + np.arange(COUNT) / 1000, 3)
+TIME = np.arange(COUNT) / RATE_HZ
+OWN = "gyro_x_dps,gyro_y_dps,gyro_z_dps"
+US = np.arange(COUNT) * (1_000_000 // RATE_HZ)
+
+
+def rows(*columns, separator=",", end=""):
+    """Text of columns of numbers or text, of one length."""
+    return "".join(
+        separator.join(one if isinstance(one, str) else f"{one:.10g}" for one in row) + end + "\n"
+        for row in zip(*(column.tolist() for column in map(np.asarray, columns)))
+    )
+
+
+def plain(separator=",", end=""):
+    return rows(TIME, *GYRO.T, separator=separator, end=end)
+
+
+def sentence(text, crc=False):
+    data = text.encode()
+    if crc:
+        return f"${text}*{binascii.crc_hqx(data, 0):04X}\r\n"
+    return f"${text}*{functools.reduce(operator.xor, data):02X}\r\n"
+
+
+def vnimu(place):
+    force, gyro = FORCE[place] * 9.80665, np.radians(GYRO[place])
+    fields = ["+000.1000,+000.2000,-000.4000", *(f"{one:+08.5f}" for one in force)]
+    fields += [*(f"{one:+.8f}" for one in gyro), f"{TEMP[place]:+.3f}", "+101.325"]
+    return "VNIMU," + ",".join(fields)
+
+
+NAMES = "t,gx_dps,gy_dps,gz_dps\n"
+TABLES = {  # texts, all of TIME and GYRO
+    "semicolons": NAMES.replace(",", ";") + plain(";"),
+    "tabs": NAMES.replace(",", "\t") + plain("\t"),
+    "spaces": NAMES.replace(",", "  ") + plain("   "),
+    "comma and space": NAMES.replace(",", ", ") + plain(", "),
+    "decimal commas": NAMES.replace(",", ";") + plain(";").replace(".", ","),
+    "decimal commas and tabs": NAMES.replace(",", "\t") + plain("\t").replace(".", ","),
+    "crlf": (NAMES + plain()).replace("\n", "\r\n"),
+    "byte order mark": "\ufeff" + NAMES + plain(),
+    "excel": "sep=;\n" + NAMES.replace(",", ";") + plain(";"),
+    "end of row": NAMES.replace("\n", ",\n") + plain(end=","),
+    "end of row, of numbers only": NAMES + plain(end=","),
+    "preamble": f"Datalogger 7\nSerial number;12;rev 3\nStart: 2024-01-02\n\n{NAMES}{plain()}",
+    "preamble of pairs": f'version,1.3\ntscale,0.001\nid,"bench, left"\n{NAMES}{plain()}',
+    "comments": f"// made by a logger\n// rate: 100 Hz\n% third\n{NAMES}{plain()}",
+    "two rows, units": "time,gx,gy,gz\ns,deg/s,deg/s,deg/s\n" + plain(),
+    "two rows, brackets": "Time;Gyro X;Gyro Y;Gyro Z\n[s]" + ";[\u00b0/s]" * 3 + "\n" + plain(";"),
+    "two rows, groups": "Time,Gyroscope,,\n,X (deg/s),Y (deg/s),Z (deg/s)\n" + plain(),
+    "three rows": ";Gyro;Gyro;Gyro\nTime;X;Y;Z\ns;deg/s;deg/s;deg/s\n" + plain(";"),
+    "names in a comment": "# t gx_dps gy_dps gz_dps\n" + plain(" "),
+    "names in a comment of percent": f"%{NAMES}{plain()}",
+    "dates beside it": "t,gx_dps,gy_dps,gz_dps,date\n" + plain(end=",2024-01-02 03:04:05"),
+    "bars": NAMES.replace(",", "|") + plain("|"),
+    "comments below": NAMES + plain().replace("\n", "\n# marker\n", 3),
+    "blank lines below": NAMES + plain().replace("\n", "\n\n", 3),
+}
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_what_stands_between_and_above_the_numbers(logs, name):
+    logs.check_gyro(logs.imported(logs.file("log.csv", TABLES[name]))[1])
+
+
+def test_an_index_of_pandas_and_columns_of_text_and_of_nothing_are_beside_it(logs):
+    text = "".join(
+        f"{place},{place / 100:.2f},imu_link,{x:.5f},{y:.5f},{z:.5f},\n"
+        for place, (x, y, z) in enumerate(GYRO.tolist())
+    )
+    log = logs.file("log.csv", ",time,frame_id,wx_dps,wy_dps,wz_dps,note\n" + text)
+    said = logs.said(log)
+    assert "skipped: frame_id (text), note (empty)" in said
+    columns = logs.imported(log)[1]
+    logs.check_gyro(columns)
+    assert columns["column_1"][:3] == ("0", "1", "2")
+
+
+def stamped(ns, *columns):
+    """Text of stamps, words and numbers with nine decimals."""
+    return "".join(
+        ",".join(one if isinstance(one, str) else f"{one:.9f}" for one in (f"{stamp}", *row)) + "\n"
+        for stamp, *row in zip(ns.tolist(), *columns)
+    )
+
+
+def test_names_of_a_rostopic_and_of_euroc(logs):
+    gyro = np.radians(GYRO)
+    ns = 1_403_636_579_758_555_392 + np.arange(COUNT) * 10_000_000
+    text = (
+        "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
+        "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]\n"
+    ) + stamped(ns, *gyro.T, *(FORCE.T * 9.80665))
+    columns = logs.imported(logs.file("data.csv", text))[1]
+    logs.check_gyro(columns, time=False)
+    logs.check_stamps(columns, ns)
+    np.testing.assert_allclose(np.float64(columns["accel_z_g"]), FORCE[:, 2], atol=1e-6)
+    text = (
+        "%time,field.header.seq,field.header.stamp,field.header.frame_id,"
+        "field.angular_velocity.x,field.angular_velocity.y,field.angular_velocity.z\n"
+    ) + stamped(ns, map(str, range(COUNT)), map(str, ns), ["imu"] * COUNT, *gyro.T)
+    log = logs.file("echo.csv", text)
+    columns = logs.imported(log, "--unit", "gyro=rad/s")[1]
+    logs.check_gyro(columns, time=False)
+    logs.check_stamps(columns, ns)
+
+
+def test_a_column_in_microseconds(logs):
+    for step in (2000, 10_000, 200_000):  # 500 Hz to 5 Hz
+        stamps = 77_000_000 + np.arange(COUNT) * step
+        log = logs.file("log.csv", "usec,gx_dps,gy_dps,gz_dps\n" + rows(stamps, *GYRO.T))
+        logs.check_stamps(logs.imported(log)[1], stamps * 1000)
+    log = logs.file("log.csv", f"usec,{OWN}\n" + rows(US, *GYRO.T))
+    logs.check_gyro(logs.imported(log, "--rate", "100")[1])
+
+
+def test_seconds_and_their_parts_in_two_columns(logs):
+    stamps = 1_700_000_000 * 10**9 + np.arange(COUNT) * 10_000_000
+    for names, tick in ((("sec", "usec"), 1000), (("stamp.secs", "stamp.nsecs"), 1)):
+        text = f"{','.join(names)},gx_dps,gy_dps,gz_dps\n" + "".join(
+            f"{ns // 10**9},{ns % 10**9 // tick},{x},{y},{z}\n"
+            for ns, (x, y, z) in zip(stamps.tolist(), GYRO.tolist())
+        )
+        columns = logs.imported(logs.file("log.csv", text))[1]
+        logs.check_stamps(columns, stamps)
+        logs.check_gyro(columns, time=False)
+
+
+# Files without names.
+
+
+@pytest.mark.parametrize("name, separator", [("a.csv", ","), ("a.txt", " "), ("a.tsv", "\t")])
+def test_names_are_asked_for_and_taken(logs, name, separator):
+    for clock, stamps in (("time_s", US / 1e6), ("time_us", US)):
+        log = logs.file(name, rows(stamps, *GYRO.T, TEMP, separator=separator))
+        proposed = f"--names {clock},gyro_x_dps,gyro_y_dps,gyro_z_dps,temp"
+        logs.rejected(log, f"{name}:1: no names", proposed)
+    columns = logs.imported(log, "--names", "time_us,gx_dps,gy_dps,gz_dps,_")[1]
+    logs.check_gyro(columns)
+    assert set(columns) == {"time_s", *(f"gyro_{a}_dps" for a in "xyz")}
+
+
+def test_what_the_refusal_proposes_can_be_typed(logs):
+    for columns in ((US, *GYRO.T), (US, *GYRO.T, TEMP, TEMP, TEMP)):
+        log = logs.file("log.csv", rows(*columns))
+        logs.check_gyro(logs.imported(log, "--names", logs.proposed(log))[1])
+    log = logs.file("log.csv", rows(*GYRO.T))
+    names = logs.proposed(log)
+    logs.rejected(log, "--rate HZ", options=("--names", names))
+    logs.imported(log, "--names", names, "--rate", "100")
+    clock = [f"12:{n // 60 % 60:02d}:{n % 60:02d}" for n in range(COUNT)]
+    temp = [f"{one}" if place % 100 == 0 else "" for place, one in enumerate(TEMP)]
+    for header, columns, why, rate in (
+        (f"time,{OWN}", (clock, *GYRO.T), ":2: column time: not a number", ["--rate", "100"]),
+        (f"t,{OWN},temp", (TIME, *GYRO.T, temp), ":3: column temp: not a number: ''", []),
+    ):
+        log = logs.file("log.csv", f"{header}\n{rows(*columns)}")
+        logs.rejected(log, f"log.csv{why}", *rate[:1])
+        columns = logs.imported(log, "--names", logs.proposed(log), *rate)[1]
+        logs.check_gyro(columns, time=not rate)
+
+
+def test_names_replace_those_of_the_file(logs):
+    log = logs.file("log.csv", "a,b,c,d\n1,u,v,w\n"[:8] + plain())
+    logs.rejected(log, "no gyro", "--names")
+    logs.check_gyro(logs.imported(log, "--names", "t,gx_dps,gy_dps,gz_dps")[1])
+    logs.rejected(log, "--names: 3 names", "4 columns", options=("--names", "t,gx,gy"))
+    logs.rejected(log, "appears twice", options=("--names", "t,gx_dps,gx_dps,gz_dps"))
+
+
+def test_a_row_that_was_cut_off_is_no_header_and_no_sample(logs):
+    log = logs.file("log.csv", "0.31,7\n" + rows(US, *GYRO.T) + "12000000,0.1")
+    logs.rejected(log, "log.csv:2: no names")
+    names = ("--names", "us,gx_dps,gy_dps,gz_dps")
+    assert f"line {COUNT + 2} is cut off" in logs.said(log, *names)
+    logs.check_gyro(logs.imported(log, *names)[1])
+
+
+def test_vectornav(logs):
+    for crc in (False, True):
+        text = "".join(
+            sentence(vnimu(place), crc) + sentence("VNYPR,+1.0,+2.0,+3.0") * (place % 3 == 0)
+            for place in range(COUNT)
+        )
+        log = logs.file("log.txt", text)
+        logs.rejected(log, "--rate HZ")
+        columns = logs.imported(log, "--rate", "100")[1]
+        logs.check_gyro(columns, time=False)
+        np.testing.assert_allclose(np.float64(columns["accel_z_g"]), FORCE[:, 2], atol=1e-5)
+        np.testing.assert_allclose(np.float64(columns["temp_degC"]), TEMP)
+
+
+def test_with_a_time_in_front_and_cut_off_at_both_ends(logs):
+    text = "".join(f"{place / 100:.2f}," + sentence(vnimu(place)) for place in range(COUNT))
+    log = logs.file("log.txt", text[40:] + "12.00,$VNIMU,+0.1,")
+    logs.check_gyro(logs.imported(log)[1], first=1)
+
+
+def test_a_damaged_sentence_is_named(logs):
+    lines = [sentence(vnimu(place)) for place in range(COUNT)]
+    for damaged in (lines[700].replace("101.325", "101.326"), lines[700][:40] + "\r\n"):
+        log = logs.file("log.txt", "".join([*lines[:700], damaged, *lines[701:]]))
+        logs.rejected(log, "log.txt:701: a damaged sentence", options=("--rate", "100"))
+
+
+def test_sentences_of_another_maker_are_named_by_their_user(logs):
+    text = "".join(
+        sentence(f"PXIMU,{place * 10},{x},{y},{z}") for place, (x, y, z) in enumerate(GYRO.tolist())
+    )
+    log = logs.file("log.txt", text)
+    logs.rejected(log, "log.txt:1: no names", "--names")
+    logs.check_gyro(logs.imported(log, "--names", "ms,gx_dps,gy_dps,gz_dps")[1])
+
+
+THOUSANDS = "".join(f"{n};{n % 7},{n % 1000:03d}\n" if n % 7 else f"{n};{n}\n" for n in range(300))
+UNREADABLE = {
+    "decimal commas between commas": (NAMES + plain().replace(".", ","), "Type"),
+    "thousands": ("t;gx_raw\n" + THOUSANDS, "tr -d ,"),
+    "twins": ("t,x,y,z,x,y,z\n" + rows(TIME, *GYRO.T, *FORCE.T), "--names"),
+    "too few names": ("t,gx_dps\n" + plain(), "--names"),
+    "text in a gyro": (NAMES + plain().replace("0.02,", "0.02,x", 1), ":4: column gx_dps"),
+    "a clock of text": ("time,gx_dps\n12:00:01.1,5\n12:00:01.2,6\n", ":2: column time"),
+    "a row too long": (NAMES + "1,2,3,4,5\n" + plain(), ":2: 5 fields"),
+    "no numbers": ("Some text,\nand more of it\n", ":2: no numbers"),
+    "a serial monitor": ("12:00:01.123 -> 1,2,3\n" * 99, ":1: no names above the 3 columns"),
+    "UTF-16": ("\ufefft,gx_dps\n1,2\n", "iconv -f UTF-16 -t UTF-8 "),
+}
+
+
+@pytest.mark.parametrize("name", UNREADABLE)
+def test_what_cannot_be_told_says_what_to_type(logs, name):
+    text, words = UNREADABLE[name]
+    log = logs.file("log.csv", text)
+    if name == "UTF-16":
+        log.write_bytes(text.encode("utf-16-le"))
+    logs.rejected(log, "log.csv", words)
+
+
+ARW = 0.3 / RATE_HZ**0.5 * 60
+TUTORIAL = ROOT / "data/tutorial_model.toml"
+
+
+def test_without_a_model_it_starts_from_the_data(logs):
+    """The documented path, on a file of a stranger: white noise of 0.3 deg/s."""
+    log = logs.file("log.csv", "usec;wx_dps;wy_dps;wz_dps\n" + rows(US, *GYRO.T, separator=";"))
+    model = logs.work / "fitted.toml"
+    for more, note in ((("-o", model), "gyro_z_dps are fitted"), (("-m", TUTORIAL), "")):
+        done = run("fit", log, *more, "--json")
+        assert (done.returncode, note in done.stderr) == (0, True), done.stderr
+        found = json.loads(done.stdout)["effects"][0]
+        assert found["kind"] == "angle_random_walk"
+        value = found["parameters"]["coefficient_deg_per_sqrt_h"]["value"]
+        assert abs(value / ARW - 1) <= 0.1  # of 1200 samples: 2 %, five times
+    assert len(said("fit", log, "--axes", "gyro")["axes"]) == 3
+    said("compare", log, "-m", model, statuses=(0, 1))
+
+
+def test_a_fit_that_cannot_be_says_the_way_on(logs):
+    log = logs.file("log.csv", "usec;wz_dps\n" + rows(US, GYRO[:, 2], separator=";"))
+    why = "Remove rate_hz from the model, or fit without -m"
+    logs.refused(why, "fit", log, "-m", logs.model, lines=None)
+    log = logs.file("log.csv", "usec,accel_x,accel_y,accel_z\n" + rows(US, *FORCE.T))
+    logs.refused("--axes accel", "fit", log, "--sensor", "accel", lines=None)

@@ -5,6 +5,7 @@ reads them. What export and sheet refuse.
 import math
 import re
 
+import pytest
 import yaml
 from asking import run
 
@@ -18,15 +19,13 @@ def models(lab, *columns):
     for place, column in enumerate(columns):
         share, gyro = 1 / (1 + place % 3), column.startswith("gyro")
         unit, white = ("deg", "angle_random_walk") if gyro else ("m_per_s", "velocity_random_walk")
-        made.append(
-            lab.file(
-                f"{column}.toml",
-                f'[sensor]\nrate_hz = {RATE}\ncolumn = "{column}"\n[[effect]]\n'
-                f'kind = "{white}"\ncoefficient_{unit}_per_sqrt_h = '
-                f'{(0.3 if gyro else 0.06) * share}\n[[effect]]\nkind = "rate_random_walk"\n'
-                f"coefficient_{unit}_per_h_per_sqrt_h = {20 * share}\n",
-            )
+        text = (
+            f'[sensor]\nrate_hz = {RATE}\ncolumn = "{column}"\n[[effect]]\nkind = "{white}"\n'
+            f"coefficient_{unit}_per_sqrt_h = {(0.3 if gyro else 0.06) * share}\n"
+            '[[effect]]\nkind = "rate_random_walk"\n'
+            f"coefficient_{unit}_per_h_per_sqrt_h = {20 * share}\n"
         )
+        made.append(lab.file(f"{column}.toml", text))
     return made
 
 
@@ -42,66 +41,47 @@ def exported(lab, form, *given, options=()):
 
 
 def numbers(text, name):
-    line = next(
-        line for line in text.splitlines() if name in line and not line.startswith(("#", "//", "%"))
-    )
-    return [
-        float(one)
-        for one in re.findall(r"(?<![\w.])-?\d+\.?\d*(?:[eE][-+]?\d+)?", line.split(name, 1)[1])
-    ]
+    lines = (line for line in text.splitlines() if not line.startswith(("#", "//", "%")))
+    line = next(line for line in lines if name in line).split(name, 1)[1]
+    found = re.findall(r"(?<![\w.])-?\d+\.?\d*(?:[eE][-+]?\d+)?", line)
+    return [float(one) for one in found]
 
 
 def test_kalibr_is_yaml_with_the_worst_axis_in_continuous_time(lab):
     found = yaml.safe_load(exported(lab, "kalibr"))
-    assert abs(found["gyroscope_noise_density"] / N - 1) < 5e-6
-    assert abs(found["gyroscope_random_walk"] / K - 1) < 5e-6
-    assert abs(found["accelerometer_noise_density"] / ACCEL_N - 1) < 5e-6
-    assert found["update_rate"] == RATE
+    exact = {
+        "gyroscope_noise_density": N,
+        "gyroscope_random_walk": K,
+        "accelerometer_noise_density": ACCEL_N,
+        "update_rate": RATE,
+    }
+    assert {name: found[name] for name in exact} == pytest.approx(exact, rel=5e-6)
 
 
-def test_px4_and_ardupilot_add_in_their_own_steps_what_the_density_says(lab):
-    for form, name, bias, step in (
-        ("px4", "EKF2_GYR_NOISE", "EKF2_GYR_B_NOISE", 0.010),
-        ("ardupilot", "EK3_GYRO_P_NSE", "EK3_GBIAS_P_NSE", 0.012),
-    ):
-        text = exported(lab, form)
-        for parameter, density in ((name, N), (bias, K)):
-            (value,) = numbers(text, parameter)
-            steps = 1000
-            assert abs(steps * (step * value) ** 2 / (density**2 * steps * step) - 1) < 5e-5
+PER_AXIS, WORST = [N, N / 2, N / 3], slice(1)
+FORMS = [  # format, name, values, which of its numbers
+    # what is added in its own steps is what the density says
+    ("px4", "EKF2_GYR_NOISE", [N / math.sqrt(0.010)], WORST),
+    ("px4", "EKF2_GYR_B_NOISE", [K / math.sqrt(0.010)], WORST),
+    ("ardupilot", "EK3_GYRO_P_NSE", [N / math.sqrt(0.012)], WORST),
+    ("ardupilot", "EK3_GBIAS_P_NSE", [K / math.sqrt(0.012)], WORST),
+    ("ros", "angular_velocity_covariance", [n**2 * RATE for n in PER_AXIS], slice(0, 9, 4)),
+    ("gtsam", "setGyroscopeCovariance", [n**2 for n in PER_AXIS], slice(3)),
+    ("basalt", '"gyro_noise_std"', PER_AXIS, slice(3)),
+    ("matlab", "'NoiseDensity'", PER_AXIS, slice(3)),
+    ("vins", "gyr_n", [N * math.sqrt(RATE)], WORST),
+]
 
 
-def test_per_axis_values(lab):
-    axes = [N, N / 2, N / 3]
-    checks = (
-        (
-            "ros",
-            "angular_velocity_covariance",
-            [value**2 * RATE for value in axes],
-            slice(0, 9, 4),
-        ),
-        ("gtsam", "setGyroscopeCovariance", [value**2 for value in axes], slice(3)),
-        ("basalt", '"gyro_noise_std"', axes, slice(3)),
-        ("matlab", "'NoiseDensity'", axes, slice(3)),
-        ("vins", "gyr_n", [N * math.sqrt(RATE)], slice(1)),
-    )
-    for form, name, values, places in checks:
-        for found, value in zip(numbers(exported(lab, form), name)[places], values, strict=True):
-            assert abs(found / value - 1) < 5e-5
+@pytest.mark.parametrize("form, name, values, places", FORMS)
+def test_a_format_has_the_numbers_of_its_program(lab, form, name, values, places):
+    assert numbers(exported(lab, form), name)[places] == pytest.approx(values, rel=2.5e-5)
 
 
 def test_inflation_is_said_and_squared_where_the_value_is_a_variance(lab):
-    plain, ten = exported(lab, "gtsam"), exported(lab, "gtsam", options=("--inflate", "10"))
-    assert (
-        abs(
-            (
-                numbers(ten, "setGyroscopeCovariance")[0]
-                / numbers(plain, "setGyroscopeCovariance")[0]
-            )
-            - 100
-        )
-        < 5e-4
-    )
+    ten = exported(lab, "gtsam", options=("--inflate", "10"))
+    found = numbers(ten, "setGyroscopeCovariance")[:3]
+    assert found == pytest.approx([100 * n**2 for n in PER_AXIS], rel=5e-5)
     assert "10 times the measured ones" in ten
 
 

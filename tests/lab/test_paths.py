@@ -27,16 +27,14 @@ READERS = {
     "simulate": ["simulate {} -o out"],
     "fit": ["fit {} -m m.toml", "fit r.csv -m {}"],
     "compare": ["compare {} -m m.toml", "compare r.csv -m {}", "compare r.csv -m {}.yaml"],
-    "diagnose": [
-        "diagnose {} -m m.toml",
-        "diagnose r.csv -m {}",
-        "diagnose r.csv -m m.toml --held-out {}",
-    ],
-    "improve": [
-        "improve {} -m m.toml",
-        "improve r.csv -m {}",
-        "improve r.csv -m m.toml --held-out {}",
-    ],
+    **{
+        name: [
+            f"{name} {{}} -m m.toml",
+            f"{name} r.csv -m {{}}",
+            f"{name} r.csv -m m.toml --held-out {{}}",
+        ]
+        for name in ("diagnose", "improve")
+    },
     "add": ["add {} sinusoid -o out"],
     "open": ["open {} --no-browser", "open r.csv --no-browser -m {}"],
     "effects": ["effects --effects {}", "effects --effects {}.py"],

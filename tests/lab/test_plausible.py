@@ -86,12 +86,12 @@ DOUBTED = {
     ),
     "kelvin": Mistake("implausible temperature", add={"temp_degC": 273.15}),
     "temperature in counts": Mistake("temp_degC", {"temp_degC": 340.0}),
-    "m/s^2 called g": Mistake(
-        "--unit accel=m/s^2", dict.fromkeys(ACCELS, 9.80665), cure="--unit accel=m/s^2"
-    ),
-    "mg called g": Mistake(
-        "--unit accel=mg", dict.fromkeys(ACCELS, 1000.0), cure="--unit accel=mg"
-    ),
+    **{
+        f"{unit} called g": Mistake(
+            f"--unit accel={unit}", dict.fromkeys(ACCELS, size), cure=f"--unit accel={unit}"
+        )
+        for unit, size in (("m/s^2", 9.80665), ("mg", 1000.0))
+    },
 }
 
 
@@ -113,26 +113,24 @@ def model_of(lab, column="gyro_z_dps"):
     return lab.file("m.toml", MODEL.format(column=column, n=0.3, b=0.001))
 
 
-def asked(lab, command, path, model, *options):
+def asked(command, path, model, *options):
+    """(JSON, details of what is implausible, the command)."""
     done = run(command, path, "-m", model, *options, "--json")
     assert done.returncode in (0, 1), done.stderr
-    return json.loads(done.stdout), done
+    found = json.loads(done.stdout)
+    seen = [one["detail"] for one in found["observations"] if one["kind"] == "implausible"]
+    return found, seen, done
 
 
-def assert_true(lab, path, model, *options, rate=RATE):
+def assert_true(path, model, *options, rate=RATE):
     """The recording is as the sensor was: not doubted, its white noise and its rate as they
     are.
     """
-    found, done = asked(lab, "fit", path, model, *options)
-    assert "doubtful" not in done.stderr
-    assert [one for one in found["observations"] if one["kind"] == "implausible"] == []
+    found, seen, done = asked("fit", path, model, *options)
+    assert ("doubtful" in done.stderr, seen) == (False, [])
     assert found["adequate"], found["said"]
-    low, high = (
-        found["effects"][0]["parameters"]["coefficient_deg_per_sqrt_h"][end]
-        for end in ("low", "high")
-    )
-    truth = 60 * SIGMA / math.sqrt(rate)
-    assert 0.97 * low < truth < 1.03 * high, (low, truth, high)
+    arw = found["effects"][0]["parameters"]["coefficient_deg_per_sqrt_h"]
+    assert 0.97 * arw["low"] < 60 * SIGMA / math.sqrt(rate) < 1.03 * arw["high"], arw
 
 
 @pytest.mark.parametrize("name", UNDERSTOOD)
@@ -140,7 +138,7 @@ def test_a_unit_that_the_name_says_is_understood(lab, name):
     mistake = Mistake(
         factor={"time_s": UNDERSTOOD[name]}, rename={"time_s": name}, whole=("time_s",)
     )
-    assert_true(lab, *written(lab, mistake))
+    assert_true(*written(lab, mistake))
 
 
 @pytest.mark.parametrize("name", RENAMED)
@@ -164,43 +162,38 @@ def assert_said_first(done, mark, words):
 def test_what_is_implausible_is_doubted_first_and_never_adequate(lab, name):
     mistake = DOUBTED[name]
     path, model = written(lab, mistake)
-    found, done = asked(lab, "fit", path, model)
-    said = [one["detail"] for one in found["observations"] if one["kind"] == "implausible"]
-    assert any(mistake.said in one for one in said), said
+    found, seen, done = asked("fit", path, model)
+    assert any(mistake.said in one for one in seen), seen
     assert (found["adequacy"], found["adequate"]) == ("no", False)
     assert "The recording is implausible" in found["said"]
     assert_said_first(done, "doubtful", mistake.said)
     if mistake.cure:
-        assert_true(lab, path, model, *mistake.cure.split(), rate=mistake.rate)
+        assert_true(path, model, *mistake.cure.split(), rate=mistake.rate)
 
 
 @pytest.mark.parametrize("name", NOTED)
 def test_whole_stamps_that_may_be_milliseconds_get_a_note(lab, name):
     mistake, note = NOTED[name], "note: the time stamps are whole numbers"
     path, model = written(lab, mistake)
-    found, done = asked(lab, "fit", path, model)
-    assert [one for one in found["observations"] if one["kind"] == "implausible"] == []
+    _, seen, done = asked("fit", path, model)
+    assert seen == []
     assert_said_first(done, note, mistake.said)
     assert note not in run("fit", path, "-m", model, "--as-recorded").stderr
-    assert_true(lab, path, model, *mistake.cure.split(), rate=mistake.rate)
+    assert_true(path, model, *mistake.cure.split(), rate=mistake.rate)
 
 
 @pytest.mark.slow
 def test_every_command_doubts_and_believes_who_confirms(lab):
     path, model = written(lab, DOUBTED["us called seconds"])
     for command in ("compare", "diagnose", "improve"):
-        found, done = asked(lab, command, path, model)
-        last = found.get("final", found)
-        assert (last["adequacy"], done.returncode) == ("no", 0 if command == "diagnose" else 1), (
-            command
-        )
-        assert "implausible" in [one["kind"] for one in found["observations"]]
-        if "verdict" in found:
-            assert found["verdict"] == "unknown"
+        found, seen, done = asked(command, path, model)
+        last, status = found.get("final", found), 0 if command == "diagnose" else 1
+        assert (last["adequacy"], done.returncode, bool(seen)) == ("no", status, True), command
+        assert found.get("verdict", "unknown") == "unknown"
         text = run(command, path, "-m", model).stdout
         assert "The recording is implausible" in text
         assert "that this tool does not know" not in text
-    found, done = asked(lab, "fit", path, model, "--as-recorded")
+    found, _, done = asked("fit", path, model, "--as-recorded")
     assert (found["adequate"], found["observations"]) == (True, [])
     assert "doubtful" not in done.stderr
     done = run("import", path, "-o", lab.work / "out.csv")
@@ -214,12 +207,9 @@ def test_every_command_doubts_and_believes_who_confirms(lab):
 
 def test_a_rate_that_was_given_is_doubted_too(lab):
     path = write_csv(lab.work / "rec.csv", {"gyro_z_dps": sensor()["gyro_z_dps"]})
-    assert asked(lab, "fit", path, model_of(lab), "--rate", "0.01")[0]["adequacy"] == "no"
-    assert asked(lab, "fit", path, model_of(lab), "--rate", "100")[0]["adequate"]
-
-
-def test_a_rate_far_too_high_is_doubted_before_the_record_is_found_too_short(lab):
-    path, model = written(lab, Mistake())
+    for rate, adequate in (("0.01", False), ("100", True)):
+        assert asked("fit", path, model_of(lab), "--rate", rate)[0]["adequate"] == adequate
+    path, model = written(lab, Mistake())  # before the record is found too short
     done = run("fit", path, "-m", model, "--unit", "time_s=us")
     assert (done.returncode, done.stdout) == (2, "")
     assert "doubtful: implausible sample rate 1e+08 Hz (gyros: 0.02 Hz to 40 kHz). " in done.stderr

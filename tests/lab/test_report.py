@@ -8,16 +8,31 @@ import random
 import re
 from decimal import Decimal
 from html.parser import HTMLParser
-from types import SimpleNamespace
 
+import numpy as np
 import pytest
-from asking import said
-from lab_bench import Lab
+from asking import ROOT, said
+from lab_bench import Lab, of_gyro, write_csv
 
 TEMPERATURE = '[[effect]]\nkind = "temperature"\ncoefficient_dps_per_degC = 0.02\n'
 TINY = 1e-12  # smaller p-values are shown as "below" it
 FETCHING = {"src", "href", "srcset", "action", "data", "poster", "background", "xlink:href"}
 PAGES = ("clean", "warm", "compare", "improve")
+ALWAYS = (
+    "error p_value samples rate_hz fitted.0.parameters.coefficient_deg_per_sqrt_h.low "
+    "tests.spectrum correlations.temp_degC.value"
+)
+TRIED = (
+    "where.0.ratio where.0.z candidates.0.gain candidates.0.p_value candidates.0.error_after "
+    "steps.0.error steps.1.error steps.1.error_floor steps.1.p_value p_value_after "
+    "fitted.2.parameters.coefficient_dps_per_degC.high"
+)
+WANTED = {
+    "clean": "error_floor",
+    "compare": "error_floor where.0.ratio",
+    "warm": TRIED,
+    "improve": f"{TRIED} steps.1.error_held_out",
+}
 
 
 class Reader(HTMLParser):
@@ -66,13 +81,12 @@ def shown_number(text):
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    """One page of every command, with its JSON."""
-    lab = Lab(tmp_path_factory.mktemp("report"))
-    recordings = {}
+    """name -> (JSON, page, its text) of every command; the fit."""
+    lab, recordings = Lab(tmp_path_factory.mktemp("report")), {}
     for name, effect, seed in (("clean", "", 3), ("warm", TEMPERATURE, 3), ("out", TEMPERATURE, 9)):
         recordings[name] = lab.work / f"{name}.csv"
         lab.simulated(effect, seed=seed, seconds=1800).rename(recordings[name])
-    found = SimpleNamespace(json={}, pages={}, text={}, lab=lab, recording=recordings["warm"])
+    found = {"fit": said("fit", recordings["warm"], "-m", lab.model)["effects"]}
     for name, command in {
         "clean": ("diagnose", recordings["clean"]),
         "warm": ("diagnose", recordings["warm"]),
@@ -81,17 +95,16 @@ def made(tmp_path_factory):
     }.items():
         page = lab.work / f"{name}.html"
         words = (*command, "-m", lab.model, "--report", page)
-        found.json[name] = said(*words, statuses=(int(name == "compare"),))
-        found.text[name] = page.read_text(encoding="utf-8")
-        found.pages[name] = Reader(found.text[name])
-    found.fit = said("fit", recordings["warm"], "-m", lab.model)["effects"]
+        data = said(*words, statuses=(int(name == "compare"),))
+        text = page.read_text(encoding="utf-8")
+        found[name] = (data, Reader(text), text)
     return found
 
 
 @pytest.mark.parametrize("name", PAGES)
 def test_a_page_fetches_nothing(made, name):
     """Its one script is the one that its policy names, and the policy permits nothing else."""
-    page, text = made.pages[name], made.text[name]
+    _, page, text = made[name]
     code = re.search(r"<script>(.*?)</script>", text, re.DOTALL).group(1)
     digest = base64.b64encode(hashlib.sha256(code.encode()).digest()).decode()
     assert f"default-src 'none'; script-src 'sha256-{digest}'; style-src" in text
@@ -107,7 +120,8 @@ def test_a_page_fetches_nothing(made, name):
 
 @pytest.mark.parametrize("name", PAGES)
 def test_what_is_drawn_is_what_was_found(made, name):
-    drawn, found = json.loads(made.pages[name].data), made.json[name]
+    found, page, _ = made[name]
+    drawn = json.loads(page.data)
     place = ("tau_s", "start_s", "stop_s", "ratio", "z")
     cells = [[cell[key] for key in place] for cell in drawn["maps"]["initial"]]
     for cell in found.get("where", []):
@@ -118,12 +132,14 @@ def test_what_is_drawn_is_what_was_found(made, name):
 
 @pytest.mark.parametrize("name", PAGES)
 def test_every_number_is_that_of_the_json_rounded(made, name):
-    data = {"fitted": made.fit, **made.json[name]}
+    found, page, _ = made[name]
+    data = {"fitted": made["fit"], **found}
     if name == "improve":
         # what is measured and tried does not depend on what is done with it
-        warm = made.json["warm"]
+        warm = made["warm"][0]
         data = {**warm, **data, "candidates": warm["candidates"]}
-    for key, value, text in made.pages[name].numbers:
+    assert set(f"{ALWAYS} {WANTED[name]}".split()) <= {key for key, _, _ in page.numbers}
+    for key, value, text in page.numbers:
         # improve --json has no candidates, and the diagnosis had no second recording
         if not (name == "improve" and "held_out" in key and key.startswith("candidates")):
             expected = looked_up(data, key)
@@ -155,36 +171,56 @@ def test_every_number_of_an_accelerometer_is_that_of_the_json(lab):
     assert found[f"{walk}.low"] < truth < found[f"{walk}.high"]
 
 
-ALWAYS = (
-    "error p_value samples rate_hz fitted.0.parameters.coefficient_deg_per_sqrt_h.low "
-    "tests.spectrum correlations.temp_degC.value"
-)
-TRIED = (
-    "where.0.ratio where.0.z candidates.0.gain candidates.0.p_value candidates.0.error_after "
-    "steps.0.error steps.1.error steps.1.error_floor steps.1.p_value p_value_after "
-    "fitted.2.parameters.coefficient_dps_per_degC.high"
-)
-WANTED = {
-    "clean": "error_floor",
-    "compare": "error_floor where.0.ratio",
-    "warm": TRIED,
-    "improve": f"{TRIED} steps.1.error_held_out",
-}
-
-
-@pytest.mark.parametrize("name", PAGES)
-def test_the_numbers_that_matter_are_there(made, name):
-    wanted = {*ALWAYS.split(), *WANTED[name].split()}
-    assert wanted <= {key for key, _, _ in made.pages[name].numbers}
-
-
 def test_the_verdict_is_that_of_the_json(made):
-    verdicts = [made.json[name]["verdict"] for name in ("clean", "warm", "improve")]
+    verdicts = [made[name][0]["verdict"] for name in ("clean", "warm", "improve")]
     assert verdicts == ["none", "temperature", "temperature"]
-    assert "Nothing is missing" in made.pages["clean"].verdict
-    assert "does not fit" in made.pages["compare"].verdict
-    estimate = made.json["warm"]["fitted"][2]["parameters"]["coefficient_dps_per_degC"]
+    assert "Nothing is missing" in made["clean"][1].verdict
+    assert "does not fit" in made["compare"][1].verdict
+    estimate = made["warm"][0]["fitted"][2]["parameters"]["coefficient_dps_per_degC"]
     for name in ("warm", "improve"):
-        assert "The model lacks temperature" in made.pages[name].verdict
+        assert "The model lacks temperature" in made[name][1].verdict
         for bound in estimate.values():
-            assert f"{bound:.3g}" in made.pages[name].verdict
+            assert f"{bound:.3g}" in made[name][1].verdict
+
+
+# docs/JSON.md lists every key of the output of --json, and no other.
+
+
+JSON = (ROOT / "docs/JSON.md").read_text()
+COMMANDS = "fit", "compare", "diagnose", "improve"
+
+
+def table(title):
+    """The rows of a table, as cells."""
+    section = JSON.split(f"## {title}\n")[1].split("\n## ")[0]
+    rows = [line for line in section.splitlines() if line.startswith("|")][2:]
+    return [[cell.strip() for cell in row.strip("|").split(" | ")] for row in rows]
+
+
+def listed(command):
+    """The keys of a command."""
+    return {
+        key
+        for keys, commands, *_ in table("Keys")
+        for key in re.findall("`([a-z_]+)`", keys)
+        if commands == "all four" or command in commands.split(", ")
+    }
+
+
+def test_every_key_is_listed_and_every_listed_key_is_there(lab):
+    model, y = lab.work / "m.toml", 0.02 * np.random.default_rng(3).normal(size=20_000)
+    recording = write_csv(lab.work / "rec.csv", of_gyro(y).columns)
+    said("fit", recording, "-o", model)
+    for command in COMMANDS:
+        found = said(command, recording, "-m", model, statuses=(0, 1))
+        assert set(found) == listed(command), command
+
+
+def test_every_answer_and_every_observation_is_listed(lab):
+    sources = ROOT / "tools/lab/davarlab"
+    verdict = (sources / "report/verdict.py").read_text()
+    answer = verdict.split("def answer(")[1].split("\ndef ")[0].split('"""')[2]
+    assert {row[0].strip("`") for row in table("Answers")} == set(re.findall('"([a-z]+)"', answer))
+    text = "".join(path.read_text() for path in sources.rglob("*.py"))
+    made = set(re.findall(r'(?:Observation|of_mask)\(\s*"([a-z_]+)"', text)) | {"implausible"}
+    assert {row[0].strip("`") for row in table("Observations")} == made

@@ -1,5 +1,5 @@
-"""How a command starts. Every command and every process of the page waits for the libraries that
-the start loads, so those that few need are loaded at their first use.
+"""How a command starts: libraries that few need are loaded at their first use. What stands for
+scipy.stats until then, deep tails included.
 """
 
 import subprocess
@@ -7,6 +7,7 @@ import sys
 
 import asking
 import numpy as np
+import pytest
 from davarlab import distributions as own
 from scipy import stats
 
@@ -20,6 +21,21 @@ X = np.concatenate([-np.geomspace(1e-9, 1e3, 60)[::-1], [0.0], np.geomspace(1e-9
 FREEDOM = np.concatenate([[1.0, 2.0, 3.0, 4.5, 401.0], np.geomspace(10, 1e8, 12)])[:, None]
 RATIOS = np.concatenate([[0.0], np.geomspace(1e-6, 1e4, 60)])  # x over its mean
 K = np.unique(np.geomspace(1, 3000, 40).astype(int)) - 1
+TRIES = np.geomspace(3000, 1e7, 12).astype(int)[:, None]
+CHANCE = 10.0 ** np.linspace(-9, 0, 30)[:, None, None]
+LAWS = [  # name, arguments
+    *((f"norm_{name}", (X,)) for name in ("pdf", "cdf", "sf", "logsf")),
+    *(("norm_pdf", (X, 2, 3.0)), ("norm_logpdf", (X, 2, 3.0))),
+    *((f"norm_{name}", (P,)) for name in ("ppf", "isf")),
+    *((f"chi2_{name}", (RATIOS * FREEDOM, FREEDOM)) for name in ("cdf", "sf")),
+    *((f"chi2_{name}", (P, FREEDOM)) for name in ("ppf", "isf")),
+    ("f_sf", (RATIOS, FREEDOM[:, :, None], FREEDOM)),
+    ("binom_logsf", (K, TRIES, CHANCE)),
+    ("poisson_logsf", (K, np.geomspace(1e-6, 1e5, 40)[:, None])),
+    # single precision is computed in double
+    *(("norm_sf", (np.float32(20.0),)), ("norm_pdf", (np.float32(20.0), 0, np.float32(1)))),
+    ("chi2_sf", (np.float32(300.0), 1)),
+]
 
 
 def test_libraries_that_few_need_are_not_loaded():
@@ -27,61 +43,20 @@ def test_libraries_that_few_need_are_not_loaded():
         "import sys, davarlab.cli; print(*sys.modules)\n"
         "import davarlab.workbench.server; print(*sys.modules)"
     )
-    command, page = subprocess.run(
-        [sys.executable, "-c", code],
-        cwd=asking.ROOT / "tools/lab",
-        text=True,
-        stdout=subprocess.PIPE,
-        check=True,
-    ).stdout.splitlines()
-    assert (NEEDED_BY_FEW | PAGE_AND_REPORT) & set(command.split()) == set()
-    assert NEEDED_BY_FEW & set(page.split()) == set()
+    words = [sys.executable, "-c", code]
+    lab = asking.ROOT / "tools/lab"
+    printed = subprocess.run(words, cwd=lab, text=True, capture_output=True, check=True).stdout
+    command, page = (set(line.split()) for line in printed.splitlines())
+    assert (NEEDED_BY_FEW | PAGE_AND_REPORT) & command == set()
+    assert NEEDED_BY_FEW & page == set()
 
 
-# They stand for scipy.stats, deep tails included.
-
-
-def same(found, expected, digits=13):
-    assert found.dtype == np.float64
-    np.testing.assert_allclose(found, expected, rtol=10.0**-digits, atol=0)
-
-
-def test_normal():
-    for name in ("pdf", "cdf", "sf", "logsf"):
-        same(getattr(own, f"norm_{name}")(X), getattr(stats.norm, name)(X))
-    same(own.norm_pdf(X, 2, 3.0), stats.norm.pdf(X, 2, 3.0))
-    same(own.norm_logpdf(X, 2, 3.0), stats.norm.logpdf(X, 2, 3.0))
-    same(own.norm_ppf(P), stats.norm.ppf(P))
-    same(own.norm_isf(P), stats.norm.isf(P))
-
-
-def test_chi_squared():
-    x = RATIOS * FREEDOM
-    same(own.chi2_cdf(x, FREEDOM), stats.chi2.cdf(x, FREEDOM))
-    same(own.chi2_sf(x, FREEDOM), stats.chi2.sf(x, FREEDOM))
-    same(own.chi2_ppf(P, FREEDOM), stats.chi2.ppf(P, FREEDOM))
-    same(own.chi2_isf(P, FREEDOM), stats.chi2.isf(P, FREEDOM))
-
-
-def test_ratio_of_variances():
-    freedom = FREEDOM[:, :, None]
-    same(own.f_sf(RATIOS, freedom, FREEDOM), stats.f.sf(RATIOS, freedom, FREEDOM))
-
-
-def test_counts():
-    chance = 10.0 ** np.linspace(-9, 0, 30)[:, None, None]
-    tries = np.geomspace(3000, 1e7, 12).astype(int)[:, None]
+@pytest.mark.parametrize("name, arguments", LAWS)
+def test_a_law_is_that_of_scipy_in_13_digits(name, arguments):
+    law, function = name.split("_")
+    exact = [np.float64(one) if isinstance(one, np.float32) else one for one in arguments]
     with np.errstate(divide="ignore"):  # log of what is smaller than a float
-        same(own.binom_logsf(K, tries, chance), stats.binom.logsf(K, tries, chance))
-        expected = np.geomspace(1e-6, 1e5, 40)[:, None]
-        same(own.poisson_logsf(K, expected), stats.poisson.logsf(K, expected))
-
-
-def test_single_precision_is_computed_in_double():
-    x = np.float32(20.0)
-    for found, expected in (
-        (own.norm_sf(x), stats.norm.sf(20.0)),
-        (own.norm_pdf(x, 0, np.float32(1)), stats.norm.pdf(20.0)),
-        (own.chi2_sf(np.float32(300.0), 1), stats.chi2.sf(300.0, 1)),
-    ):
-        same(found, expected)
+        found = getattr(own, name)(*arguments)
+        expected = getattr(getattr(stats, law), function)(*exact)
+    assert found.dtype == np.float64
+    np.testing.assert_allclose(found, expected, rtol=1e-13, atol=0)

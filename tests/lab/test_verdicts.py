@@ -45,16 +45,13 @@ KINDS = sorted(set(table.TABLE) - set(GIVEN))
 def cells(rng, scale):
     """Cells of a record and of its quarters, off by about `scale`."""
     found = []
-    for parts in (1, 4):
-        for part in range(parts):
-            for octave in range(rng.integers(1, 8)):
-                ratio = float(np.exp(scale * rng.normal()))
-                freedom = float(rng.choice([3.0, 30.0, 3000.0]))
-                z = float(np.log(ratio) * np.sqrt(2 * freedom))
-                start, stop = SPAN_S * part / parts, SPAN_S * (part + 1) / parts
-                found.append(
-                    Cell(2.0**octave / RATE, start, stop, 0.01 * ratio, 0.01, ratio, z, freedom)
-                )
+    for parts, part in ((1, 0), *((4, part) for part in range(4))):
+        for octave in range(rng.integers(1, 8)):
+            ratio = float(np.exp(scale * rng.normal()))
+            freedom = float(rng.choice([3.0, 30.0, 3000.0]))
+            z = float(np.log(ratio) * np.sqrt(2 * freedom))
+            span = (SPAN_S * part / parts, SPAN_S * (part + 1) / parts)
+            found.append(Cell(2.0**octave / RATE, *span, 0.01 * ratio, 0.01, ratio, z, freedom))
     return found
 
 
@@ -98,20 +95,14 @@ def ranking(rng):
 
 def recording(rng):
     time = np.arange(1000) / RATE
-    columns = {"gyro_z_dps": time, **dict.fromkeys(("temp_degC", "accel_x_g"), time)}
-    if rng.random() < 0.5:
-        del columns["temp_degC"]
-    if rng.random() < 0.5:
-        columns["accel_x_g"] = 0 * time
-    return Recording(columns, RATE)
+    columns = {"gyro_z_dps": time, "accel_x_g": time * (rng.random() < 0.5)}
+    return Recording(columns | ({"temp_degC": time} if rng.random() < 0.5 else {}), RATE)
 
 
 def step(rng, made, added=None, outside=True):
-    held = float(rng.choice([0.02, 0.5])) if outside else None
-    floor = 0.03 if outside else None
-    return improve.Step(
-        added, [], made.judgement.error, made.judgement.floor, held, 0.5, floor, "no"
-    )
+    held, floor = (float(rng.choice([0.02, 0.5])), 0.03) if outside else (None, None)
+    off = made.judgement
+    return improve.Step(added, [], off.error, off.floor, held, 0.5, floor, "no")
 
 
 def entries(model):
@@ -192,15 +183,16 @@ def test_every_answer_is_generated():
 
 def test_a_model_that_fails_is_never_said_to_lack_nothing():
     for seed in SEEDS:
-        found = generated(seed)
+        found, said = generated(seed), texts(seed)
         given, last = found.comparison.judgement, found.judgement
-        said = texts(seed)
+        fails = not (given.adequate or found.added) or not last.adequate
         for where, text in said.items():
-            if where == "workbench":  # only the fitted model is shown there
-                fails = not last.adequate
-            else:
-                fails = not (given.adequate or found.added) or not last.adequate
-            if fails or verdict.held_out_fails(found) and where != "workbench":
+            # only the fitted model is shown on the workbench
+            if (
+                not last.adequate
+                if where == "workbench"
+                else fails or verdict.held_out_fails(found)
+            ):
                 assert not re.search(NONE_MISSING, text), (seed, where)
         if not last.adequate:
             assert "nothing" not in said["table"], seed
@@ -209,45 +201,37 @@ def test_a_model_that_fails_is_never_said_to_lack_nothing():
 
 def test_something_unknown_comes_with_its_place_and_a_next_step():
     for seed in SEEDS:
-        found = generated(seed)
+        found, said = generated(seed), texts(seed)
         unknown = not found.judgement.adequate and found.judgement.testable
         assert (verdict.answer(found) == "unknown") == unknown, seed
         assert (found.unexplained is not None) == unknown, seed
-        said = texts(seed)
         for where in ("terminal", "page", "json", "workbench"):
             assert (verdict.UNKNOWN in said[where]) == unknown, (seed, where)
-            if unknown:
-                assert re.search(PLACE, said[where]), (seed, where)
-        if unknown:
-            assert said["json, next"].strip(), seed
-            for one in said["json, next"].splitlines():
-                assert one in said["terminal"], seed
-                assert one in words.in_ascii(said["page, next"]), seed
-                assert one in words.in_ascii(said["workbench"]), seed
-                assert re.search(r"^[A-Z].*\.$", one)
+            assert not unknown or re.search(PLACE, said[where]), (seed, where)
+        assert bool(said["json, next"].strip()) == unknown, seed
+        for one in said["json, next"].splitlines():
+            assert one in said["terminal"], seed
+            for where in ("page, next", "workbench"):
+                assert one in words.in_ascii(said[where]), (seed, where)
+            assert re.search(r"^[A-Z].*\.$", one)
 
 
 def test_every_kind_that_was_tried_is_excluded_with_its_evidence():
-    for seed in SEEDS:
-        found = generated(seed)
-        if not found.unexplained:
-            continue
-        tried = {one.kind for one in found.diagnosis.remaining}
-        tried |= set(found.diagnosis.doubtful) | {p.kind for p in found.diagnosis.useless}
-        tried |= set(found.diagnosis.added[len(found.added) :])
+    for found in (one for one in map(generated, SEEDS) if one.unexplained):
+        done = found.diagnosis
+        tried = {one.kind for one in [*done.remaining, *done.useless]}
+        tried |= {*done.doubtful, *done.added[len(found.added) :]}
         rows = values.plain(values.unexplained(found.unexplained))["excluded"]
-        assert sorted(row["kind"] for row in rows) == sorted(tried), seed
+        assert sorted(row["kind"] for row in rows) == sorted(tried)
         for row in rows:
             assert (row["p_value"] is not None) == (row["evidence"] in ("chance", "untried"))
             assert bool(row["why"]) == (row["evidence"] == "doubtful")
-        absent = found.unexplained.untested
-        assert not set(absent) & set(found.model.kinds), seed
+        assert not set(found.unexplained.untested) & set(found.model.kinds)
 
 
 def test_no_sentence_is_about_an_effect_that_is_absent():
     for seed in SEEDS:
-        found = generated(seed)
-        said = texts(seed)["terminal"]
+        found, said = generated(seed), texts(seed)["terminal"]
         for one in found.diagnosis.alternatives:
             there = one.named in found.added and one.kind not in found.added
             assert there or one.confirm not in said, seed
@@ -336,31 +320,32 @@ def test_a_candidate_is_credited_with_what_it_takes_from_the_refit():
 
 def held(found, errors, outside=None):
     """The same with other errors of its steps, and of the last one on the held-out recording."""
-    steps = [
-        replace(
-            one, error=error, error_floor=0.03, error_held_out=outside, error_floor_held_out=0.03
-        )
-        for one, error in zip(found.steps[:1] + found.steps[-1:], errors)
-    ]
+    more = {"error_floor": 0.03, "error_held_out": outside, "error_floor_held_out": 0.03}
+    ends = found.steps[:1] + found.steps[-1:]
+    steps = [replace(one, error=error, **more) for one, error in zip(ends, errors)]
     return replace(found, steps=steps, refitted=None)
+
+
+def answering(word, added):
+    """Generated improvements with this answer and so many effects."""
+    found = [one for one in map(generated, SEEDS) if len(one.added) == added]
+    found = [one for one in found if verdict.answer(one) == word]
+    assert len(found) > 5
+    return found
 
 
 @pytest.mark.parametrize("after, helps", [(0.1786, False), (0.05, True)])
 def test_what_makes_the_error_worse_does_not_help(after, helps):
-    some = [one for one in map(generated, SEEDS) if len(one.added) == 1]
-    some = [one for one in some if verdict.answer(one) == "unknown"]
-    assert len(some) > 5
-    for one in some:
+    for one in answering("unknown", 1):
         said = terminal.verdict(held(one, (0.1382, after)))
-        assert ("lowers the error" in said) == helps, said
-        assert ("does not help" in said) == (not helps), said
-        assert (f"Confirm {words.name(one.added[0])}" in said) == helps, said
+        confirm = f"Confirm {words.name(one.added[0])}"
+        seen = [text in said for text in ("lowers the error", "does not help", confirm)]
+        assert seen == [helps, not helps, helps], said
 
 
 @pytest.mark.parametrize("outside, word", [(0.2, "does not fit"), (0.033, "also fits")])
 def test_a_held_out_recording_that_is_not_explained_is_said(outside, word):
-    some = [one for one in map(generated, SEEDS) if not one.added]
-    for one in [one for one in some if verdict.answer(one) == "fits"]:
+    for one in answering("fits", 0):
         found = held(one, (0.03,), outside)
         assert f"{word} the held-out recording" in terminal.verdict(found)
         assert verdict.of_improvement(found)[0] == ("good" if outside < 0.1 else "missing")

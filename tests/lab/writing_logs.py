@@ -28,13 +28,12 @@ class Truth:
         rng = np.random.default_rng(seed)
         self.count = count
         self.stamps_ns = START_NS + np.arange(count, dtype=np.int64) * (10**9 // RATE_HZ)
-        self.gyro = rng.normal(0, 0.5, (3, count)).astype(np.float32) + np.float32(
-            [[1], [-2], [0.25]]
-        )
-        self.accel = rng.normal(0, 0.01, (3, count)).astype(np.float32) + np.float32(
-            [[0.1], [0], [1]]
+        self.gyro, self.accel = (
+            rng.normal(0, sigma, (3, count)).astype(np.float32) + np.float32([[x], [y], [z]])
+            for sigma, x, y, z in ((0.5, 1, -2, 0.25), (0.01, 0.1, 0, 1))
         )
         self.temp = np.linspace(20, 25, count).astype(np.float32)
+        self.since_start = (self.stamps_ns - START_NS) / 1e9
 
     @property
     def rad_s(self):
@@ -195,54 +194,32 @@ def ros2(folder, truth, storage, topics=("/imu", "/temp")):
 
 
 def matlab_5(path, truth):
-    io.savemat(
-        path,
-        {
-            "t": (truth.stamps_ns - START_NS) / 1e9,
-            "imu": {"gyro_rad_s": truth.rad_s.T, "acc_m_s2": truth.m_s2.T},
-            "note": "text",
-        },
-    )
+    imu = {"gyro_rad_s": truth.rad_s.T, "acc_m_s2": truth.m_s2.T}
+    io.savemat(path, {"t": truth.since_start, "imu": imu, "note": "text"})
 
 
 def matlab_73(path, truth):
     """HDF5 behind 512 bytes, arrays transposed, as MATLAB writes."""
     with h5py.File(path, "w", userblock_size=512) as file:
         file["time_us"] = ((truth.stamps_ns - START_NS) // 1000)[None, :]
-        file["gyro_dps"], file["accel_g"], file["temp"] = (
-            truth.gyro,
-            truth.accel,
-            truth.temp[None, :],
-        )
+        file["gyro_dps"], file["accel_g"], file["temp"] = truth.gyro, truth.accel, truth.temp[None]
     with open(path, "r+b") as file:
         file.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512, b" "))
 
 
 def npz(path, truth):
-    np.savez(
-        path,
-        timestamp_ns=truth.stamps_ns,
-        gyro_dps=truth.gyro.T,
-        accel_g=truth.accel.T,
-        temperature=truth.temp,
-    )
+    columns = {"gyro_dps": truth.gyro.T, "accel_g": truth.accel.T, "temperature": truth.temp}
+    np.savez(path, timestamp_ns=truth.stamps_ns, **columns)
 
 
 def apart(path, truth):
     """A temperature at a rate and with a time of its own."""
-    np.savez(
-        path,
-        gyro_time_ns=truth.stamps_ns,
-        gyro_dps=truth.gyro,
-        temp_time_ns=truth.stamps_ns[::10],
-        temp=truth.temp[::10],
-    )
+    columns = {"temp_time_ns": truth.stamps_ns[::10], "temp": truth.temp[::10]}
+    np.savez(path, gyro_time_ns=truth.stamps_ns, gyro_dps=truth.gyro, **columns)
 
 
 def npy(path, truth):
-    np.save(
-        path, np.column_stack([(truth.stamps_ns - START_NS) / 1e9, truth.gyro.T.astype(np.float64)])
-    )
+    np.save(path, np.column_stack([truth.since_start, truth.gyro.T.astype(np.float64)]))
 
 
 def table(path, truth):

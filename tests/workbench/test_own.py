@@ -131,7 +131,7 @@ def test_an_effect_that_is_added_explains_the_data_and_stays_with_them(folder, o
 
 
 def test_code_runs_only_for_the_person_at_the_terminal(folder, opened):
-    """Which requests are refused: tests/lab/test_tokens.py."""
+    """Which requests are refused: tests/lab/test_requests.py."""
     recording, mark = gimbal(folder / "rec.csv", 2000), folder / "ran"
     given = {"text": f"open({str(mark)!r}, 'w').close()"}
     served = opened(recording)  # by a service, for anyone who reaches it
