@@ -243,7 +243,11 @@ TEXTS = [  # names, row, options, columns of the result
 ]
 
 
-@pytest.mark.parametrize("names, form, options, expected", TEXTS)
+@pytest.mark.parametrize(
+    "names, form, options, expected",
+    TEXTS,
+    ids=["quotes", "decimal commas in quotes", "renamed", "scaled", "two gyros"],
+)
 def test_columns_of_somebody_elses_name(logs, names, form, options, expected):
     def row(i):
         t = i * 0.005
