@@ -356,13 +356,6 @@ def test_several_columns_come_epoch_by_epoch_in_the_given_order(tmp_path):
             )
 
 
-def test_the_only_other_column_is_the_default_and_its_unit_is_pointed_out(tmp_path):
-    path = write(tmp_path / "temp.csv", as_text("time_s,temp_degC", noise_rows(200)))
-    done = sim(path, *FIXED)
-    assert done.returncode == 0
-    assert "note: column temp_degC" in done.stderr
-
-
 def test_two_rows_are_enough_to_know_the_rate(tmp_path):
     path = write(tmp_path / "two.csv", "time_s,gyro_x_dps\n0,1\n0.5,2\n")
     rows = rows_of(path, "--window-max", "4", "--taus", "1", "--lsb", "1")

@@ -1,14 +1,13 @@
-"""How much there is to read before a change or a first result. None of it may grow.
-
-`python3 tests/style/test_shape.py` prints them.
-"""
+"""How much there is to read before a change or a first result. None of it may grow."""
 
 import re
 
 import pytest
 from c_text import c_files, includes, resolve, text_of
 
-CORE_HEADERS = [f"lib/include/davar/{name}.h" for name in ("davar", "types", "instance", "options")]
+CORE_HEADERS = [
+    f"lib/include/davar/{name}.h" for name in ("davar", "types", "instance", "options", "law")
+]
 
 
 def lines_of(names):
@@ -33,27 +32,20 @@ def public_functions(names):
     return {one for name in names for one in re.findall(declared, text_of(name), re.MULTILINE)}
 
 
-# Name: (today's value, the most that this test allows, the goal).
+# Name: (today's value, the most that this test allows).
 SHAPE = {
     "lines to read before a change of a push": (
         lines_of([*c_files("lib/src/core/"), *CORE_HEADERS]),
         3025,
-        3000,
     ),
-    "lines of lib": (lines_of(c_files("lib/")), 11440, 10500),
-    "lines of addons": (lines_of(c_files("addons/")), 4960, 4600),
-    "lines of davar/davar.h and its includes": (lines_of(face()), 1065, 300),
-    "functions that it declares": (len(public_functions(face())), 32, 25),
+    "lines of lib": (lines_of(c_files("lib/")), 11440),
+    "lines of addons": (lines_of(c_files("addons/")), 4960),
+    "lines of davar/davar.h and its includes": (lines_of(face()), 1065),
+    "functions that it declares": (len(public_functions(face())), 32),
 }
 
 
 @pytest.mark.parametrize("name", SHAPE)
 def test_there_is_no_more_to_read(name):
-    today, most, goal = SHAPE[name]
-    assert goal <= most
+    today, most = SHAPE[name]
     assert today <= most
-
-
-if __name__ == "__main__":
-    for name, (today, _, goal) in SHAPE.items():
-        print(f"{name:<46} {today:6d}, goal {goal:5d}")
