@@ -53,18 +53,8 @@ MAY_INCLUDE = {
     "python": "public port/include host_sim",
 }
 LIB_SYSTEM_HEADERS = {
-    f"{name}.h"
-    for name in (
-        "assert",
-        "float",
-        "limits",
-        "math",
-        "stdatomic",
-        "stdbool",
-        "stddef",
-        "stdint",
-        "string",
-    )
+    *("assert.h", "float.h", "limits.h", "math.h", "stdatomic.h", "stdbool.h", "stddef.h"),
+    *("stdint.h", "string.h"),
 }
 LIB_FORBIDDEN_CALLS = (
     r"\b(malloc|calloc|realloc|free|alloca|\w*printf|puts|putchar|\w*scanf|fopen|exit|abort|time|"
