@@ -142,7 +142,6 @@ def test_davar_sim_under_the_sanitizers():
     run(
         *words,
         DAVAR_SIM=str(BUILD / "host_sim/davar-sim"),
-        DAVAR_SETTINGS_PROBE=str(BUILD / "tests/settings_probe"),
         LLVM_PROFILE_FILE="/dev/null",
         PYTEST_XDIST_WORKER="",
     )

@@ -32,12 +32,21 @@ REFUSED = {
     "--can-content": "'' all",
     "--baud": "fast -1 4294967296",
     "--pace": "0 -1 x '' nan inf fast",
+    "--block": "x -1",
+    "--shock-blocks": "x -1",
+    "--false-alarms-per-hour": "0 x",
+    "--cut-interval": "x",
     "--progress": "yes ''",
     "--column": "'' , gyro_x_dps, gyro_x_dps,gyro_x_dps gyro_z_dps",
     "--model-table": "'' /nonexistent.csv",
     "--device": "''",
 }
 FLOAT = "--arith float"
+OF_GLR = (
+    *("block 4", "block 65", "shock-blocks 3", "window-max 7690", "block 5 --window-max 30"),
+    *("cut-interval 1e10", "cut-interval 1e-10"),
+    *("false-alarms-per-hour 1e10", "false-alarms-per-hour 1e-10"),
+)
 # Words after the recording REC, and what the line contains.
 TOGETHER = [
     *((f"{FLOAT} --full-scale {value}", "--full-scale") for value in ("0", "-1", "x", "1e30")),
@@ -56,6 +65,8 @@ TOGETHER = [
     ("--arith float --longest-tau 1e7", "--longest-tau 5368709.12"),
     (f"--longest-tau 10 --taus {MANY[:-3]}", "--longest-tau 31 32"),
     (f"--longest-tau 2.5 --taus {MANY[:-6]}", "--longest-tau 2.48"),
+    *((f"--law glr --{more}", "--law glr|block, shock, window, stride or rate") for more in OF_GLR),
+    ("--law glr --mode centred", "--mode centred: not for --law glr"),
     ("--bandwidth 0.01", "--bandwidth 0.01"),
     ("--pace 100 --device true", "--pace --device"),
     ("--raw --device true", "--raw --device"),

@@ -39,10 +39,7 @@ PLACES = 131072  # DAVAR_MUTANTS_MAX
 Z_95 = 1.959964
 KILLED = ("test", "crash", "time")
 TIMED_OUT = (-signal.SIGXCPU, -signal.SIGKILL)
-PROGRAMS = "davar-sim davar-node davar-plan davar-promise davar_lab settings_probe wire_probe"
-PROGRAMS += " telemetry_probe"
-
-
+PROGRAMS = "davar-sim davar-node davar-plan davar-promise davar_lab wire_probe telemetry_probe"
 HEAVY = "numpy scipy.optimize scipy.signal scipy.special scipy.stats starlette.applications uvicorn"
 
 
@@ -377,7 +374,6 @@ class Module(Suite):
         named = {
             "DAVAR_SIM": "host_sim/davar-sim",
             "DAVAR_NODE": "gateway/davar-node",
-            "DAVAR_SETTINGS_PROBE": "tests/settings_probe",
             "DAVAR_WIRE_PROBE": "tests/wire_probe",
             "DAVAR_TELEMETRY_PROBE": "tests/telemetry_probe",
             "DAVAR_PLAN": "tools/plan/davar-plan",
