@@ -38,6 +38,8 @@ import ctypes, os, pty, sys, tty
 from davarlab import cli
 from davarlab.wire import frames, live, source
 source.POLL_S = 0.02
+cli.arithmetic.on_one_thread()
+cli.arithmetic.on_one_thread = lambda: None  # it reads files of the system
 frames.messages_of(frames.DBC_PATH)  # cantools gives a failed allocation another name
 arm = ctypes.CDLL(None).arm_fault
 folder, text = sys.argv[1], bytes.fromhex(sys.argv[2])
@@ -322,8 +324,8 @@ def assert_clean(faulty, status):
 
 
 CALLS = [("write", errno.ENOSPC), ("open", errno.EMFILE)]
-CALLS += [(name, errno.EIO) for name in ("read", "write", "fstat64", "tcgetattr", "tcsetattr")]
-CALLS += [(name, errno.EIO) for name in ("lseek64", "ftruncate64")]
+CALLS += [(name, errno.EIO) for name in ("read", "write", "fstat64", "lseek64")]
+CALLS += [(name, errno.EIO) for name in ("tcgetattr", "tcsetattr")]
 
 
 @pytest.mark.parametrize(("function", "cause"), CALLS)
