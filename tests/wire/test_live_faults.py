@@ -45,6 +45,7 @@ arm = ctypes.CDLL(None).arm_fault
 folder, text = sys.argv[1], bytes.fromhex(sys.argv[2])
 board = f"{folder}/board"
 words = ["live", f"slcan:{board}", "--record", f"{folder}/arw.csv", "--raw", f"{folder}/raw.csv"]
+words += ["--idle", "0.1", "--json"]
 for fault in sys.stdin:
     ours, its = pty.openpty()
     tty.setraw(its)
@@ -57,7 +58,7 @@ for fault in sys.stdin:
         for number, name in ((1, "out"), (2, "err")):
             os.dup2(os.open(f"{folder}/{name}", os.O_WRONLY | os.O_CREAT | os.O_TRUNC), number)
         arm(fault.strip().encode())
-        os._exit(cli.main([*words, "--idle", "0.1", "--json"]))
+        os._exit(cli.main(words))
     _, status = os.waitpid(child, 0)
     os.close(ours)
     os.close(its)
