@@ -29,7 +29,6 @@ SILENT = ("DAVAR_AGAIN", "DAVAR_SEEN", "DAVAR_BUILT", "DAVAR_UNITY_DIR")
 PROGRAMS = {
     "DAVAR_SIM": "debug/host_sim/davar-sim",
     "DAVAR_NODE": "debug/gateway/davar-node",
-    "DAVAR_SETTINGS_PROBE": "debug/tests/settings_probe",
     "DAVAR_WIRE_PROBE": "debug/tests/wire_probe",
     "DAVAR_TELEMETRY_PROBE": "debug/tests/telemetry_probe",
     "DAVAR_LAB_LIBRARY": "tools/tools/lab/libdavar_lab.so",

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-BUILD, LOGS = ROOT / "build/instrumented", ROOT / "build/log"
+BUILD = ROOT / "build/instrumented"
 COVERED = ("lib/", "addons/")
 # Assertions are off in this build. The program that has them on compiles lib/ differently.
 NOT_COUNTED = ("test_assert",)
@@ -136,28 +136,12 @@ def test_every_outcome_was_seen(report, what):
     assert not wrong, "\n".join(wrong)
 
 
-@pytest.mark.parametrize(
-    ("text", "what", "outcomes", "constant"),
-    [
-        ("DAVAR_LAWS && a || (b > c)", "condition", 3, {0}),
-        ("!DAVAR_Q15 || a", "condition", 2, {0}),
-        ("davar_is(DAVAR_Q15) || a", "condition", 2, set()),
-        ("DAVAR_LAWS", "branch", 2, {0, 1}),
-        ("(NUMBER_SAMPLE_BITS_MAX == 16U)", "branch", 2, {0, 1}),
-        ("a", "branch", 2, set()),
-    ],
-)
-def test_only_a_constant_of_the_build_is_left_out(text, what, outcomes, constant):
-    assert constants_of(text, what, outcomes) == constant
-
-
 def test_davar_sim_under_the_sanitizers():
     """Everything of tests/cli again, with the instrumented program."""
     words = [sys.executable, "-m", "pytest", "-q", "--gear=quick", ROOT / "tests/cli"]
     run(
         *words,
         DAVAR_SIM=str(BUILD / "host_sim/davar-sim"),
-        DAVAR_SETTINGS_PROBE=str(BUILD / "tests/settings_probe"),
         LLVM_PROFILE_FILE="/dev/null",
         PYTEST_XDIST_WORKER="",
     )

@@ -7,7 +7,6 @@ import pytest
 from sim_case import (
     SMALL_WINDOW,
     as_text,
-    assert_refused,
     noise_rows,
     parsed,
     recording,
@@ -78,8 +77,3 @@ def test_what_cannot_be_learned_from_leaves_the_filter_unknown(tmp_path):
     rows = [[f"{i / 100:.2f}", 5] for i in range(6000)]
     still = write(tmp_path / "still.csv", as_text("time_s,gyro_x_counts", rows))
     assert "filter unknown: the signal does not change" in sim(still, *OPTIONS, *AUTO).stderr
-
-
-def test_a_device_takes_one_filter(two):
-    done = sim(two, "--column", "gyro_x_counts,gyro_y_counts", "--device", "true", *OPTIONS, *AUTO)
-    assert_refused(done, "--bandwidth auto", "one --column")

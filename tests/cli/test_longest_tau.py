@@ -33,13 +33,12 @@ def counts_of(samples, seed=5):
     return counts
 
 
-def recording_of(counts, gaps=None, copies=1):
+def recording_of(counts, gaps):
     tick, rows = 0, []
     for i, count in enumerate(counts):
-        tick += 1 + (gaps.get(i, 0) if gaps else 0)
-        values = (repr(count * LSB * copy) for copy in range(1, copies + 1))
-        rows.append([f"{tick / RATE_HZ:.2f}", *values])
-    return as_text("time_s,gyro_x_dps" + ",gyro_y_dps" * (copies > 1), rows)
+        tick += 1 + gaps.get(i, 0)
+        rows.append([f"{tick / RATE_HZ:.2f}", repr(count * LSB)])
+    return as_text("time_s,gyro_x_dps", rows)
 
 
 COUNTS = counts_of(SAMPLES)
@@ -50,11 +49,9 @@ SUMS = [0, *accumulate(COUNTS)]
 def recordings(tmp_path_factory):
     folder = tmp_path_factory.mktemp("long")
     return {
-        "plain": write(folder / "plain.csv", recording_of(COUNTS)),
+        "plain": write(folder / "plain.csv", recording_of(COUNTS, {})),
         "gaps": write(folder / "gaps.csv", recording_of(COUNTS, GAPS)),
         "between hops": write(folder / "hops.csv", recording_of(COUNTS[:-10], GAPS)),
-        "two": write(folder / "two.csv", recording_of(COUNTS[:20_000], None, 2)),
-        "short": write(folder / "short.csv", recording_of(counts_of(4000))),
     }
 
 
@@ -144,33 +141,6 @@ def test_the_coefficients_are_those_of_the_whole_curve(recordings):
     assert float(row["rrw_deg_per_h_per_sqrt_h"]) == pytest.approx(truth, rel=0.4)
     truth = 60 * LSB * 60 / math.sqrt(RATE_HZ)
     assert float(row["arw_deg_per_sqrt_h"]) == pytest.approx(truth, rel=0.05)
-
-
-def test_several_columns_have_a_cascade_each(recordings):
-    columns = ("--column", "gyro_x_dps,gyro_y_dps", "--lsb", LSB)
-    rows = results(recordings["two"], *columns, *FIXED, *LONGEST)
-    for one, other in zip(rows[0::2], rows[1::2]):
-        for m in (128, 1024):
-            if one[f"adev_{m}"]:
-                ratio = float(other[f"adev_{m}"]) / float(one[f"adev_{m}"])
-                assert ratio == pytest.approx(2, rel=5e-8)
-    for m in LONG[:6]:
-        assert_size(rows[-2], m, brute_force(m, 128, 20_000, {}))
-
-
-def test_columns_ascend_after_the_window_s(recordings):
-    words = (recordings["short"], "--lsb", LSB, "--stride", 600, "--longest-tau", 5.12)
-    rows = results(*words, "--details", "--mode", "trailing", "--law", "fixed")
-    names, sizes = list(rows[0]), [*TAUS, 128, 256, 512]
-    at = names.index("adev_1")
-    assert names[at : at + len(sizes) + 1] == [*(f"adev_{m}" for m in sizes), "adev_low_1"]
-    for row in rows:  # a size needs two clusters
-        assert (row["adev_512"] != "") == (int(row["epoch"]) >= 2 * 512)
-    table = "m,adev_dps,relative_tolerance\n512,0.02,0.1\n"
-    model = write(recordings["short"].parent / "model.csv", table)
-    last = results(*words, "--model-table", model)[-1]
-    assert last["model_health"] != ""
-    assert (last["model_deviation_512"] != "", last["model_deviation_64"]) == (True, "")
 
 
 @pytest.mark.parametrize(("seconds", "last"), [(12.8, 128), (25.5, 128), (25.6, 256)])

@@ -5,9 +5,7 @@ import math
 import pytest
 from sim_case import (
     SMALL_WINDOW,
-    as_text,
     assert_refused,
-    noise_rows,
     recording,
     results,
     sim,
@@ -38,17 +36,6 @@ def test_a_true_model_is_healthy_and_a_false_one_is_not(tmp_path):
     assert compared(tmp_path, table(0.85))[0][-1] > 1
 
 
-def test_columns_follow_the_allan_deviations(tmp_path):
-    _, rows = compared(tmp_path, table(sizes=(4, 1)))
-    names = list(rows[0])
-    at = names.index("adev_4") + 1
-    wanted = ["model_health", *(f"model_deviation_{m}" for m in (1, 2, 4))]
-    assert names[at : at + 4] == wanted
-    assert names[-3:] == [f"model_mean_deviation_{m}" for m in (1, 2, 4)]
-    assert rows[0]["model_deviation_2"] == ""
-    assert rows[-1]["model_mean_deviation_4"] != ""
-
-
 def test_a_deviation_is_that_of_the_design(tmp_path):
     _, rows = compared(tmp_path, table(1.1, 0.05))
     for row in rows:
@@ -58,18 +45,6 @@ def test_a_deviation_is_that_of_the_design(tmp_path):
         excess = (adev / (1.1 * WHITE)) ** (2 / 3) - 1 + root**2
         z = excess / math.sqrt(root**2 + (0.1 / 3) ** 2)
         assert float(row["model_deviation_1"]) == pytest.approx(z, abs=0.02 + 0.02 * abs(z))
-
-
-def test_two_channels_have_a_memory_each(tmp_path):
-    quiet, loud = noise_rows(3000), noise_rows(3000, seed=2)
-    rows = [[a[0], a[1], f"{2 * float(b[1]):.2f}"] for a, b in zip(quiet, loud)]
-    path = write(tmp_path / "two.csv", as_text("time_s,gyro_x_dps,gyro_y_dps", rows))
-    model = write(tmp_path / "model.csv", table())
-    columns = ("--column", "gyro_x_dps,gyro_y_dps")
-    found = results(path, *columns, *OPTIONS, "--model-table", model)
-    last = {row["channel"]: float(row["model_health"]) for row in found}
-    assert last["gyro_x_dps"] < 1.3
-    assert last["gyro_y_dps"] > 2
 
 
 GOOD = table()

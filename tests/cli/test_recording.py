@@ -177,25 +177,6 @@ def test_only_the_full_scale_of_the_width_is_saturated(tmp_path, bits, value, ex
         assert_rows(parsed(done.stdout), counts, [], setting, stamps(100), 1e-3, 0, 1e-8)
 
 
-def test_saturation_is_summed_over_the_columns_and_gaps_are_not(tmp_path):
-    rows = [[time, 32767, -32768, 5] for time in stamps(100, {50: 4.0})]
-    header = "time_s,gyro_x_counts,gyro_y_counts,gyro_z_counts"
-    path = write(tmp_path / "rec.csv", as_text(header, rows))
-    words = ("--column", header[7:], "--lsb", 1, "--bits", 16, *SMALL_WINDOW)
-    assert counters(sim(path, *words)) == (1, 3, 200)
-
-
-@pytest.mark.parametrize("value", (63.5, 64.0, -64.0, 100.0))
-def test_a_float_recording_saturates_only_at_a_full_scale_that_is_given(tmp_path, value):
-    rows = [[time, value if i == 50 else 0.25 * (i % 7)] for i, time in enumerate(stamps(100))]
-    path = write(tmp_path / "rec.csv", as_text("time_s,gyro_x_dps", rows))
-    words = ("--arith", "float", *SMALL_WINDOW)
-    assert counters(sim(path, *words)) == (0, 0, 0)
-    assert counters(sim(path, *words, "--full-scale", 32)) == (0, 0, 1)
-    assert counters(sim(path, *words, "--full-scale", 256)) == (0, 0, 0)
-    assert counters(sim(path, *SMALL_WINDOW)) == (0, 0, 0)
-
-
 # --- gaps
 
 STEPS = [*(round(1.3 + 0.3 * i, 1) for i in range(23)), 1.5, 1.5078125, 2.5, 3.5, 6.5, 7.4375]
@@ -354,13 +335,6 @@ def test_several_columns_come_epoch_by_epoch_in_the_given_order(tmp_path):
             assert [{k: v for k, v in row.items() if k != "channel"} for row in rows[n::3]] == (
                 alone[name]
             )
-
-
-def test_the_only_other_column_is_the_default_and_its_unit_is_pointed_out(tmp_path):
-    path = write(tmp_path / "temp.csv", as_text("time_s,temp_degC", noise_rows(200)))
-    done = sim(path, *FIXED)
-    assert done.returncode == 0
-    assert "note: column temp_degC" in done.stderr
 
 
 def test_two_rows_are_enough_to_know_the_rate(tmp_path):

@@ -103,24 +103,6 @@ def test_a_row_is_skipped_in_every_column(tmp_path):
     assert not times & {f"{at / RATE_HZ:.6f}" for at in (700, 701, 1300)}
 
 
-def test_saturated_samples_stay(tmp_path):
-    samples = counts(3000, 9, offset=0)
-    samples[1500:1510] = [32767] * 10
-    path = recorded(tmp_path, "rail.csv", rows_of(samples))
-    for options in ((), (SKIP,)):
-        done = sim(path, *FIXED, "--bits", 16, *options)
-        assert "10 samples saturated" in done.stderr
-    assert skipped(done) == ([0], 0, 0)
-
-
-def test_auto_learns_from_the_other_samples(tmp_path):
-    torn, places = tear(counts(80_000, 10), 10, apart=4000)
-    path = recorded(tmp_path, "torn.csv", rows_of(torn))
-    done = sim(path, "--lsb", LSB, "--stride", 600, "--bandwidth", "auto", SKIP)
-    assert (done.returncode, skipped(done)[0]) == (0, [len(places)])
-    assert "white up to half the sample rate, no filter" in done.stderr
-
-
 @pytest.mark.parametrize("lost", [999, 1001])
 def test_a_sample_beside_a_gap_is_not_judged(tmp_path, lost):
     samples = counts(2000, 6)

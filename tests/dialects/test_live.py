@@ -15,7 +15,6 @@ import subprocess
 import sys
 import time
 import tty
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,11 +22,6 @@ from davarlab.wire import dialects, record
 from pymavlink.dialects.v20 import common
 from random_results import ARW, BI, QN, RR, RRW, packets, results, sent
 
-ROOT = Path(__file__).resolve().parents[2]
-LIVE = (
-    "import sys, json, argparse\nfrom davarlab.wire import live\n"
-    "sys.exit(live.run(argparse.Namespace(**json.loads(sys.argv[1]))))"
-)
 LIMITS = ("", "_low", "_high")
 COLUMNS = {f"arw{limit}_deg_per_sqrt_h": (ARW, at) for at, limit in enumerate(LIMITS)}
 COLUMNS |= {"bi_deg_per_h": (BI, 0), "rrw_deg_per_h_per_sqrt_h": (RRW, 0)}
@@ -226,33 +220,20 @@ def test_mavlink_by_udp_and_on_a_serial_line(tmp_path, kind):
     frames = packets("mavlink", made, channel=1)
     with contextlib.ExitStack() as stack:
         source, send = stack.enter_context(line_of(kind))
-        wanted = {"source": source, "base": 0x5D0, "record": str(path), "raw": None}
-        wanted |= {"count": None, "idle": None, "json": False}
-        live = subprocess.Popen(
-            [sys.executable, "-B", "-c", LIVE, json.dumps(wanted)],
-            cwd=ROOT / "tools/lab",
-            text=True,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-        )
+        command = [sys.executable, "-B", "-m", "davarlab", "live", source, "--record", str(path)]
+        pipes = dict.fromkeys(("stdout", "stderr"), subprocess.PIPE)
+        live = subprocess.Popen(command, text=True, **pipes)
         stack.callback(live.communicate)
         stack.callback(live.kill)
-        # until it listens; repetitions are dropped
-        for _, data in itertools.cycle(frames[:3]):
+        # the first until it listens: repetitions are dropped
+        first, rest = itertools.cycle(frames[:3]), iter(frames[3:])
+        while len(rows := rows_of(path)) < COUNT:
+            assert live.poll() is None
+            assert time.monotonic() < until
+            _, data = next(rest, (0, None)) if rows else next(first)
             with contextlib.suppress(ConnectionRefusedError):
-                send(data)
-            if rows_of(path):
-                break
-            assert live.poll() is None
-            assert time.monotonic() < until
-            time.sleep(0.02)
-        for _, data in frames[3:]:
-            send(data)
+                send(data) if data else None
             time.sleep(0.002)
-        while len(rows_of(path)) < COUNT:
-            assert live.poll() is None
-            assert time.monotonic() < until
-            time.sleep(0.02)
         live.send_signal(signal.SIGINT)
         shown, told = live.communicate(timeout=HANG_S)
     assert live.returncode == 0, told

@@ -1,6 +1,6 @@
 """The receiver and SLCAN lines with any frames: no value is impossible, and the counters add up.
 
-Correct frames, wrongly delivered: tests/wire/test_binding.py and test_restart.py.
+Correct frames, wrongly delivered: tests/wire/test_receiving.py.
 """
 
 import itertools

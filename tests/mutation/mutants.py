@@ -39,10 +39,7 @@ PLACES = 131072  # DAVAR_MUTANTS_MAX
 Z_95 = 1.959964
 KILLED = ("test", "crash", "time")
 TIMED_OUT = (-signal.SIGXCPU, -signal.SIGKILL)
-PROGRAMS = "davar-sim davar-node davar-plan davar-promise davar_lab settings_probe wire_probe"
-PROGRAMS += " telemetry_probe"
-
-
+PROGRAMS = "davar-sim davar-node davar-plan davar-promise davar_lab wire_probe telemetry_probe"
 HEAVY = "numpy scipy.optimize scipy.signal scipy.special scipy.stats starlette.applications uvicorn"
 
 
@@ -377,7 +374,6 @@ class Module(Suite):
         named = {
             "DAVAR_SIM": "host_sim/davar-sim",
             "DAVAR_NODE": "gateway/davar-node",
-            "DAVAR_SETTINGS_PROBE": "tests/settings_probe",
             "DAVAR_WIRE_PROBE": "tests/wire_probe",
             "DAVAR_TELEMETRY_PROBE": "tests/telemetry_probe",
             "DAVAR_PLAN": "tools/plan/davar-plan",
@@ -451,24 +447,6 @@ def worker(copy):
     return Worker.of_thread.one
 
 
-class Listed:
-    """Reads tests/mutation/survivors*.txt: `## equivalent: reason` or `## gap: reason`, followed by
-    the mutants.
-    """
-
-    def __init__(self, paths):
-        self.reason = {}
-        heading = None
-        for line in (line for path in paths for line in path.read_text().splitlines()):
-            if line.startswith("## "):
-                heading = tuple(line[3:].split(": ", 1))
-            elif line.strip() and not line.startswith("#"):
-                self.reason[line.strip()] = heading
-
-    def is_equivalent(self, mutant):
-        return self.reason.get(mutant.key, ("",))[0] == "equivalent"
-
-
 def fate(mutant, ids, suites, longest_s):
     """The outcome of a mutant: (fate, test)."""
     reaching = [(one.cost(ids), one) for one in suites if not one.reached.isdisjoint(ids)]
@@ -513,7 +491,7 @@ def report(results, listed, everything):
     """Prints the outcome; returns the number of survivors that are not listed."""
     groups = defaultdict(Counter)
     for mutant, how, _ in results:
-        alive = "equivalent" if listed.is_equivalent(mutant) else how
+        alive = "equivalent" if mutant.key in listed else how
         for name in (str(Path(mutant.file).parent), mutant.kind, "all"):
             groups[name]["killed" if how in KILLED else alive] += 1
     columns = ("killed", "survived", "not reached", "equivalent")
@@ -530,9 +508,9 @@ def report(results, listed, everything):
     )
     unlisted = 0
     for mutant, how, test in results:
-        if how in KILLED and mutant.key in listed.reason:
+        if how in KILLED and mutant.key in listed:
             print(f"listed, but killed by {test}: {mutant.key}")
-        elif how not in KILLED and mutant.key not in listed.reason:
+        elif how not in KILLED and mutant.key not in listed:
             unlisted += 1
             print(f"{how}: {mutant.file}:{mutant.line}\n  {mutant.key}")
     return unlisted
@@ -552,12 +530,13 @@ def main():
     options = parser.parse_args()
     copy = Copy(options.of)
     copy.work.mkdir(parents=True, exist_ok=True)
-    listed = Listed(sorted(HERE.glob("survivors*.txt")))
+    lines = map(str.strip, (HERE / "survivors.txt").read_text().splitlines())
+    listed = {line for line in lines if line and not line.startswith("#")}
     mutants = copy.build()
     for (name, start, _), reason in copy.refused.items():
         print(f"not compiled: {name}, byte {start}: {reason}")
     folders = tuple(f"{folder}/" for folder in copy.part.sources)
-    mine = {key for key in listed.reason if key.startswith(folders)}
+    mine = {key for key in listed if key.startswith(folders)}
     stale = sorted(mine - {mutant.key for mutant in mutants})
     for key in stale:
         print(f"listed, but no mutant any more: {key}")
@@ -568,16 +547,14 @@ def main():
     )
     chosen = chosen if options.all else chosen[: options.sample]
     if options.unlisted:
-        chosen = [mutant for mutant in chosen if mutant.key not in listed.reason]
+        chosen = [mutant for mutant in chosen if mutant.key not in listed]
     (BASE / f"{options.of}.tsv").unlink(missing_ok=True)
     results = outcomes(copy, options.of, chosen, copy.suites(options), options.longest)
     if options.sanitize:
         status, output = copy.compile("sanitize")
         if status:
             sys.exit(f"davar-mutants: the build fails:\n{output[-6000:]}")
-        left = [
-            one for one, how, _ in results if how == "survived" and one.key not in listed.reason
-        ]
+        left = [one for one, how, _ in results if how == "survived" and one.key not in listed]
         again = outcomes(copy, options.of, left, copy.suites(options, "sanitize"), options.longest)
         found = {mutant.key: (mutant, how, test) for mutant, how, test in again}
         results = [found.get(result[0].key, result) for result in results]

@@ -3,7 +3,6 @@ declares in tests/parts.toml are complete, and a change of one repeats its tests
 """
 
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -79,24 +78,6 @@ def small(tmp_path):
     return tmp_path
 
 
-@pytest.mark.parametrize(("gear", "passed"), [("quick", 1), ("all", 2), ("soak", 1)])
-def test_a_gear_runs_its_tests(small, gear, passed):
-    done = run(small, f"--gear={gear}")
-    assert done.returncode == 0 and f"{passed} passed" in done.stdout, done.stdout
-
-
-def test_the_tests_of_a_module_share_a_worker(small):
-    """A module's fixtures are made once. pytest 9 breaks the groups of xdist 3.8 silently."""
-    more = "import pytest\n\n@pytest.mark.parametrize('n', range(8))\ndef test_it(n):\n    pass\n"
-    for name in "ab":
-        (small / f"tests/small/test_{name}.py").write_text(more)
-    done = run(small, "-vv", "--numprocesses=2", "--dist=loadgroup", "--no-loadscope-reorder")
-    found = set(
-        re.findall(r"^\[(gw\d)\].* (tests/small/test_[ab].py)::", done.stdout, re.MULTILINE)
-    )
-    assert len(found) == 2, done.stdout
-
-
 @pytest.mark.parametrize("words", [(), ("-n2", "--dist=loadgroup")])
 def test_only_a_change_repeats_a_test_that_passed(small, words):
     first, second = run(small, *words), run(small, *words)
@@ -108,10 +89,3 @@ def test_only_a_change_repeats_a_test_that_passed(small, words):
         assert failing.returncode == 1 and "1 failed" in failing.stdout
     (small / "number").write_text("1")
     assert "2 unchanged" in run(small, *words).stdout
-
-
-def test_an_interrupted_run_keeps_what_it_has(small):
-    last = "def test_last():\n    raise KeyboardInterrupt\n"
-    (small / "tests/small/test_then.py").write_text(last)
-    assert run(small).returncode == 2
-    assert "2 unchanged" in run(small).stdout

@@ -1,6 +1,7 @@
 """Programs in which one call fails or a signal arrives: support/faults.c, preloaded."""
 
 import contextlib
+import itertools
 import os
 import signal
 import subprocess
@@ -22,6 +23,18 @@ def environment(built, mark, fault=""):
     mark.unlink(missing_ok=True)
     words = {"LD_PRELOAD": str(built), "FAULT": fault, "FAULT_MARK": str(mark)}
     return {**os.environ, **words}
+
+
+def every(run, fault):
+    """Yields (n, run("function:kind:n")) for n = 1, 2, ... while the program makes n such calls:
+    until it is None.
+    """
+    for n in itertools.count(1):
+        done = run(f"{fault}:{n}")
+        if done is None:
+            assert n > 1, fault
+            return
+        yield n, done
 
 
 @contextlib.contextmanager

@@ -10,7 +10,7 @@ import pytest
 @pytest.fixture(scope="session")
 def library(tmp_path_factory):
     folder = tmp_path_factory.mktemp("library")
-    options = ["-std=c11", "-O1", "-ffp-contract=off", "-ffunction-sections", "-fdata-sections"]
+    options = ["-std=c11", "-O1", "-ffp-contract=off"]
     options += c_library.FLAGS
     subprocess.run(["gcc", *options, "-c", *c_library.SOURCES], check=True, cwd=folder)
     objects = sorted(path.name for path in folder.glob("*.o"))

@@ -1,4 +1,4 @@
-"""Plans of tools/davar-plan in this process, and the wishes that several modules plan."""
+"""Plans of tools/davar-plan in this process."""
 
 import io
 import json
@@ -29,17 +29,6 @@ EXAMPLE = (
     "--longest-tau 1000 --ram 20k --flash 24k --core cortex-m4f"
 )
 USUAL = "--rate 100 --lsb 0.05 --bandwidth 33:2 --core cortex-m0"
-WISHES = (
-    EXAMPLE,
-    EXAMPLE.replace("--flash 24k", ""),
-    "--sensor icm42688@1000 --axes 3 --core cortex-m0",
-    USUAL,
-    "--rate 100 --lsb 0.05 --core rv32imac --false-alarms-per-hour 0.01 --bandwidth none",
-    "--rate 500 --type int32 --lsb 1e-4 --bandwidth 100 --core cortex-m7 --longest-tau 3600",
-    "--rate 200 --type float --full-scale 500 --bandwidth 50:1 --core rv64gc --respond 0.5",
-    "--rate 400 --type int32 --lsb 0.002 --bandwidth 200 --false-alarms-per-hour 1 --axes 2 "
-    "--longest-tau 400 --core rv64gc",
-)
 
 
 class Done(NamedTuple):

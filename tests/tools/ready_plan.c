@@ -1,6 +1,6 @@
 /* davar tests - the plan that davar-plan wrote, `ready`, equals the one that the library makes and
- * gives the same results. TAUS: cluster sizes. MAKE: makes the plan `made`. Without MAKE, uses the
- * written one alone. Prints how many of 1960 results are the same, and whether some are white. */
+ * gives the same results. TAUS: cluster sizes. MAKE: makes the plan `made`. Prints how many of 1960
+ * results are the same, and whether some are white. */
 #include "davar/davar.h"
 #include "davar/fit.h"
 
@@ -9,7 +9,6 @@
 #include <string.h>
 
 extern davar_plan_t ready;
-#ifdef MAKE
 static const uint32_t taus[] = {TAUS};
 #define COUNT (sizeof taus / sizeof taus[0])
 int main(void)
@@ -48,13 +47,3 @@ int main(void)
     }
     return printf("%u %s", same, (white > 0U) ? "some" : "none") < 0;
 }
-#else
-extern davar_result_t result;
-davar_result_t result;
-
-int main(void)
-{
-    davar_fit_white_ready(&ready, 100.0, &result);
-    return (int)result.noise;
-}
-#endif

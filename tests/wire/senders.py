@@ -189,13 +189,19 @@ def shown(result):
 # --- the programs
 
 
+def raw_pty():
+    """(our end, the end of a program, its name)."""
+    ours, its = pty.openpty()
+    tty.setraw(its)
+    return ours, its, os.ttyname(its)
+
+
 class Line:
     """A serial line whose other end is a program; read() until the program has ended."""
 
     def __init__(self):
-        self.ours, self.its = pty.openpty()
-        tty.setraw(self.its)
-        self.name, self.got, self.ended = os.ttyname(self.its), [], threading.Event()
+        self.ours, self.its, self.name = raw_pty()
+        self.got, self.ended = [], threading.Event()
         self.reader = threading.Thread(target=self._read)
         os.set_blocking(self.ours, False)
         self.reader.start()
@@ -217,6 +223,13 @@ class Line:
         os.close(self.its)
         os.close(self.ours)
         return b"".join(self.got)
+
+
+def slcan(sent):
+    """Frames as SLCAN text."""
+    return b"".join(
+        b"t%03X%d%s\r" % (one, len(data), data.hex().upper().encode()) for one, data in sent
+    )
 
 
 def frames_in(text):

@@ -5,24 +5,17 @@ other. tests/kernel/test_live.py tests interfaces and lines that disappear and r
 import csv
 import json
 import os
-import pty
 import re
 import subprocess
 import sys
 import threading
-import tty
 from types import SimpleNamespace
 
 import pytest
 from davarlab.wire import frames as wire
 from davarlab.wire import live, withheld
-from senders import ROOT, frames, joined, run, sealed
+from senders import ROOT, frames, joined, raw_pty, run, sealed, slcan
 
-# The command of tools/davarlab live, without the other commands and their requirements.
-LIVE = (
-    "import sys, json, argparse\nfrom davarlab.wire import live\n"
-    "sys.exit(live.run(argparse.Namespace(**json.loads(sys.argv[1]))))"
-)
 MARK = 9  # the channel of the last frames: if it is shown, everything before them has been read
 
 
@@ -41,8 +34,7 @@ def play(ours, sent):
     heard = b""
     while b"O\r" not in heard:
         heard += os.read(ours, 100)
-    lines = (b"t%03X%d%s\r" % (one, len(data), data.hex().upper().encode()) for one, data in sent)
-    data = memoryview(b"".join(lines))
+    data = memoryview(slcan(sent))
     while data:
         data = data[os.write(ours, data[:1000]) :]
 
@@ -53,13 +45,10 @@ def listen(tmp_path):
         """Sends frames to davarlab live, then disconnects: the lines shown, what it told, and the
         number of lines with those of channel MARK.
         """
-        ours, its = pty.openpty()
-        tty.setraw(its)
-        wanted = {"source": f"slcan:{os.ttyname(its)}", "base": wire.BASE, "record": str(record)}
-        wanted |= {"raw": None, "count": None, "idle": None, "json": True}
+        ours, its, name = raw_pty()
+        words = ["live", f"slcan:{name}", "--record", str(record), "--json"]
         process = subprocess.Popen(
-            [sys.executable, "-B", "-c", LIVE, json.dumps(wanted)],
-            cwd=ROOT / "tools/lab",
+            [sys.executable, "-B", "-m", "davarlab", *words],
             text=True,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -145,36 +134,26 @@ def test_a_device_that_is_always_full(listen):
     assert f"/dev/full: {done.all_shown} results not recorded\n" in done.told
 
 
-REASONS = ("", "", "mixed", "constant", "coarse", "filtered")
+CODES = {code: [code] * 60 for code in range(6)}  # of each result
+CODES["chance"] = [2 if n in (25, 59) else 0 for n in range(60)]
+QUICK = (3, "chance")
 
 
-@pytest.mark.slow
-def test_why_arw_is_absent_is_shown_recorded_and_explained_once(listen):
-    """Sixty results for each reason."""
-    one = run(1, 60, session=7)
-    for code in range(6):
-        listen.record.unlink(missing_ok=True)
-        done = listen(joined(without_arw(result, code) for result in one.results[:-1]))
-        reason = REASONS[code]
-        assert len(done.shown) == 60
-        assert {row["arw_withheld"] for row in listen.rows()} == {reason}
-        assert {row["arw_relative_uncertainty"] for row in listen.rows()} == {""}
-        assert {line.get("arw_withheld") for line in done.shown} == {reason or None}
-        told = done.told.count(f"channel 0: no angle random walk ({reason}): ")
-        assert told == (1 if reason else 0)
-
-
-def test_what_chance_withholds_is_shown_but_not_explained(listen):
-    """And a rate of zero is rejected and counted."""
-    one = run(1, 60, session=7)
-    sent = joined(
-        without_arw(result, 2 if n in (25, 59) else 0) for n, result in enumerate(one.results[:-1])
-    )
+@pytest.mark.parametrize(
+    "kind",
+    [pytest.param(kind, marks=[] if kind in QUICK else [pytest.mark.slow]) for kind in CODES],
+)
+def test_why_arw_is_absent_is_shown_recorded_and_explained_once(listen, kind):
+    """What chance withholds is only shown. A rate of zero is rejected and counted."""
     zero = sealed(0x5D6, bytes([0, 7, 0, 0, 0, 0]))
+    sent = joined(map(without_arw, run(1, 60, session=7).results[:-1], CODES[kind]))
     done = listen([*sent[:100], zero, *sent[100:]])
-    reasons = [line.get("arw_withheld") for line in done.shown]
-    assert [n for n, reason in enumerate(reasons) if reason == "mixed"] == [25, 59]
-    assert "channel 0: no angle random walk" not in done.told
+    reasons = [("", "", "mixed", "constant", "coarse", "filtered")[code] for code in CODES[kind]]
+    assert [row["arw_withheld"] for row in listen.rows()] == reasons
+    assert [line.get("arw_withheld", "") for line in done.shown] == reasons
+    assert {row["arw_relative_uncertainty"] for row in listen.rows()} == {""}
+    told = re.findall(r"channel 0: no angle random walk \((.*)\): ", done.told)
+    assert told == ([reasons[0]] if reasons[0] else [])
     assert " 1 impossible," in done.told
 
 

@@ -8,7 +8,6 @@ import contextlib
 import csv
 import errno
 import fcntl
-import gc
 import io
 import json
 import os
@@ -18,14 +17,13 @@ import signal
 import subprocess
 import sys
 import termios
-from array import array
 from unittest import mock
 
 import pytest
 from davarlab.wire import frames as wire
 from davarlab.wire import live, raw_record, record
-from interposed import STOPS, default_signals, environment, interposer
-from senders import ROOT, counts, frames, run, seeded, stream
+from interposed import STOPS, default_signals, environment, every, interposer
+from senders import counts, frames, run, seeded, slcan, stream
 
 pytestmark = pytest.mark.slow
 
@@ -36,45 +34,31 @@ RESULTS = 20
 # Runs davarlab live in a child process for every fault. argv: folder, frames as SLCAN text. It
 # reads a line of faults on standard input and writes an answer on standard output.
 DRIVER = """
-import argparse, ctypes, json, os, pty, sys, tty
-from davarlab import errors
-from davarlab.wire import frames as wire, live, source
+import ctypes, os, pty, sys, tty
+from davarlab import cli
+from davarlab.wire import frames, live, source
 source.POLL_S = 0.02
-wire.messages_of(wire.DBC_PATH)  # cantools gives a failed allocation another name
+cli.arithmetic.on_one_thread()
+cli.arithmetic.on_one_thread = lambda: None  # it reads files of the system
+frames.messages_of(frames.DBC_PATH)  # cantools gives a failed allocation another name
 arm = ctypes.CDLL(None).arm_fault
 folder, text = sys.argv[1], bytes.fromhex(sys.argv[2])
-
-def command(options):
-    try:
-        return live.run(options)
-    except errors.BadInput as why:
-        print("davarlab:", why, file=sys.stderr)
-        return 2
-    except MemoryError:
-        print("davarlab: not enough memory", file=sys.stderr)
-        return 2
-    except OSError as why:
-        return errors.outside_error(why)
-    except Exception as why:
-        return errors.internal_error(why)
-
+board = f"{folder}/board"
+words = ["live", f"slcan:{board}", "--record", f"{folder}/arw.csv", "--raw", f"{folder}/raw.csv"]
+words += ["--idle", "0.1", "--json"]
 for fault in sys.stdin:
     ours, its = pty.openpty()
     tty.setraw(its)
-    where = f"{folder}/board"
-    if os.path.lexists(where):
-        os.unlink(where)
-    os.symlink(os.ttyname(its), where)
+    if os.path.lexists(board):
+        os.unlink(board)
+    os.symlink(os.ttyname(its), board)
     os.write(ours, text)
     child = os.fork()
     if not child:
         for number, name in ((1, "out"), (2, "err")):
             os.dup2(os.open(f"{folder}/{name}", os.O_WRONLY | os.O_CREAT | os.O_TRUNC), number)
-        options = argparse.Namespace(
-            source="slcan:" + where, base=wire.BASE, record=f"{folder}/arw.csv",
-            raw=f"{folder}/raw.csv", count=None, idle=0.1, json=True)
         arm(fault.strip().encode())
-        os._exit(command(options))
+        os._exit(cli.main(words))
     _, status = os.waitpid(child, 0)
     os.close(ours)
     os.close(its)
@@ -118,32 +102,30 @@ class Place:
         for path in self.folder.glob("*.csv"):
             path.unlink()
 
-    def options(self, **others):
-        words = {"source": "can:x", "base": wire.BASE, "record": str(self.record)}
-        words |= {"raw": str(self.raw), "count": None, "idle": None, "json": True}
-        return argparse.Namespace(**words, **others)
+    def options(self, raw):
+        words = {"source": "can:x", "base": wire.BASE, "record": str(self.record), "raw": raw}
+        return argparse.Namespace(**words, count=None, idle=None, json=True)
 
-    def live(self, sender, shown=None, said=None):
+    def live(self, sender):
         """Runs the command in this process; returns the lines that it shows, and its messages."""
-        shown, said = shown or io.StringIO(), said or io.StringIO()
+        shown, said = io.StringIO(), io.StringIO()
         with (
             mock.patch.object(live, "Source", sender),
             contextlib.redirect_stdout(shown),
             contextlib.redirect_stderr(said),
         ):
-            assert live.run(self.options()) == 0
-        shown.seek(0)
-        said.seek(0)
-        return shown.read().splitlines(), said.read()
+            assert live.run(self.options(str(self.raw))) == 0
+        return shown.getvalue().splitlines(), said.getvalue()
 
     def recorded(self):
         """(rows, samples) in the files, including the header. Each must be complete."""
-        found = []
-        for path in (self.record, self.raw):
-            text = path.read_text() if path.exists() else ""
-            assert text.endswith("\n") or not text
-            found.append(text.splitlines())
-        return found
+        return [lines_of(self.record), lines_of(self.raw)]
+
+
+def lines_of(path):
+    text = path.read_text() if path.exists() else ""
+    assert text.endswith("\n") or not text
+    return text.splitlines()
 
 
 @pytest.fixture
@@ -212,12 +194,10 @@ def test_a_signal_while_the_reader_does_not_read(place):
         os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
         sys.stdout = os.fdopen(1, "w", encoding="ascii")
         os.close(writer)
-        options = place.options()
-        options.raw = None
         with mock.patch.object(live, "Source", Sender(frames(run(1, 900, session=7)))):
             signal.setitimer(signal.ITIMER_REAL, 0.2, 0.2)
             signal.signal(signal.SIGALRM, stop_if_full)
-            os._exit(live.run(options))
+            os._exit(live.run(place.options(None)))
     os.close(writer)
     assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
     os.close(reader)
@@ -239,10 +219,9 @@ def in_order(wanted, found):
 
 def test_a_disk_that_is_full_after_some_byte_and_has_room_later(place):
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    later = len(place.sent) * 3 // 4
 
     def make_room(n):
-        if n == later:
+        if n == len(place.sent) * 3 // 4:
             resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
     try:
@@ -277,8 +256,7 @@ def test_killed_at_any_frame_and_started_again(place):
     for cut in range(0, len(sent), 13):
         receiver, recorder = wire.Receiver(), record.Recorder(place.record)
         for frame in sent[:cut]:
-            result = receiver.push(*frame)
-            if result:
+            if result := receiver.push(*frame):
                 recorder.add(result, result.of)
         recorder.output.file.close()  # killed: nothing is flushed or closed
         before = place.record.read_bytes()
@@ -296,62 +274,22 @@ def test_killed_at_any_frame_and_started_again(place):
         place.fresh()
 
 
-BLOCKS = 60  # additional memory blocks that Python may hold; one per restart is more
-
-
-@pytest.mark.soak
-def test_hundreds_of_restarts_use_no_more_memory_or_files(place):
-    """tests/kernel/test_day.py runs it for a day of clock time."""
-    warm, restarts = 40, 240
-    samples = counts(seeded("growth"), 300, gaps=0)
-    runs = [stream(samples, session=session) for session in (7, 9)]
-    blocks, files = (array("q", bytes(8 * restarts)) for _ in range(2))
-
-    def parts():
-        for n in range(restarts):
-            yield from runs[n % 2]
-            gc.collect()
-            blocks[n], files[n] = sys.getallocatedblocks(), len(os.listdir("/proc/self/fd"))
-
-    with open(place.folder / "shown", "w+") as shown, open(place.folder / "said", "w+") as said:
-        _, told = place.live(Sender(parts()), shown, said)
-    assert f" 0 doubtful samples, {restarts - 1} restarts\n" in told
-    assert set(files[warm:]) == {files[warm]}
-    half = restarts // 2
-    assert max(blocks[half:]) - max(blocks[warm:half]) < BLOCKS
-    raw = list(place.folder.glob("raw*.csv"))
-    assert [path.read_bytes().count(b"\n") for path in raw] == [len(samples) + 3] * restarts
-    keys = [(int(row["stretch"]), int(row["epoch"])) for row in rows_of(place.record)]
-    wanted = [(stretch, epoch) for stretch in range(1, restarts + 1) for epoch in (99, 199, 299)]
-    assert [key for key in keys if key[1] < 300] == wanted
-
-
 # --- calls
 
 
 @pytest.fixture
 def faulty(tmp_path):
     """A function that runs the command with a fault: its status; None if there was no fault."""
-    mark = tmp_path / "mark"
-    preloaded = environment(interposer(tmp_path, "-DALLOCATIONS"), mark)
-    sent = frames(run(1, 6, session=7, content=0))
-    lines = (b"t%03X%d%s\r" % (one, len(data), data.hex().upper().encode()) for one, data in sent)
-    text = b"".join(lines)
+    mark, path = tmp_path / "mark", tmp_path / "arw.csv"
+    text = slcan(frames(run(1, 6, session=7, content=0)))
     assert len(text) < 4096
     driver = subprocess.Popen(
         [sys.executable, "-B", "-c", DRIVER, tmp_path, text.hex()],
-        cwd=ROOT / "tools/lab",
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
-        env={**preloaded, "PYTHONMALLOC": "malloc"},
+        env=environment(interposer(tmp_path, "-DALLOCATIONS"), mark) | {"PYTHONMALLOC": "malloc"},
     )
-    path = tmp_path / "arw.csv"
-
-    def rows():
-        text = path.read_text() if path.exists() else ""
-        assert text.endswith("\n") or not text
-        return text.splitlines()
 
     def faulty_run(fault):
         for one in (path, tmp_path / "raw.csv", mark):
@@ -361,7 +299,7 @@ def faulty(tmp_path):
         return status if mark.exists() or fault == ":" else None
 
     assert faulty_run(":") == 0
-    faulty_run.rows, faulty_run.wanted = rows, rows()
+    faulty_run.rows, faulty_run.wanted = lambda: lines_of(path), lines_of(path)
     faulty_run.said = lambda: (tmp_path / "err").read_text()
     assert len(faulty_run.wanted) == 7
     yield faulty_run
@@ -387,16 +325,14 @@ def assert_clean(faulty, status):
 
 
 CALLS = [("write", errno.ENOSPC), ("open", errno.EMFILE)]
-CALLS += [(name, errno.EIO) for name in ("read", "write", "fstat64", "tcgetattr", "tcsetattr")]
-CALLS += [(name, errno.EIO) for name in ("lseek64", "ftruncate64")]
+CALLS += [(name, errno.EIO) for name in ("read", "write", "fstat64", "lseek64")]
+CALLS += [(name, errno.EIO) for name in ("tcgetattr", "tcsetattr")]
 
 
 @pytest.mark.parametrize(("function", "cause"), CALLS)
 def test_a_call_that_fails(faulty, function, cause):
-    n = 1
-    while (status := faulty(f"{function}:{cause}:{n}")) is not None:
+    for _, status in every(faulty, f"{function}:{cause}"):
         assert_clean(faulty, status)
-        n += 1
 
 
 def test_an_allocation_that_fails(faulty):

@@ -13,7 +13,7 @@ import time
 import pytest
 from davarlab.wire import frames as wire
 from davarlab.wire import source
-from interposed import STOPS, default_signals, environment, interposer
+from interposed import STOPS, default_signals, environment, every, interposer
 from senders import NODE, Line, counters, seeded
 
 pytestmark = pytest.mark.slow
@@ -83,11 +83,7 @@ class Faulty:
         return (process.returncode, said, sent) if not fault or self.mark.exists() else None
 
     def every(self, function, kind, pause_s=0):
-        n = 1
-        while (done := self.node(f"{function}:{kind}:{n}", pause_s)) is not None:
-            yield n, done
-            n += 1
-        assert n > 1, (function, kind)
+        return every(lambda fault: self.node(fault, pause_s), f"{function}:{kind}")
 
     def adds_up(self, done):
         """It ran to its end: every received result is correct, and every missing frame is counted.
@@ -159,20 +155,18 @@ def test_an_interrupted_or_short_call_is_continued(faulty, function, kind):
 
 @pytest.mark.parametrize(("function", "cause"), OF_PTY)
 def test_a_pty_that_cannot_be_made(faulty, function, cause):
-    n = 1
-    while True:
+    def started(fault):
         done = subprocess.run(
             [NODE, "--source", "-", "--out", "slcan:pty", *OPTIONS],
             stdin=subprocess.DEVNULL,
             stderr=subprocess.PIPE,
             text=True,
-            env=environment(faulty.preloaded, faulty.mark, f"{function}:{cause}:{n}"),
+            env=environment(faulty.preloaded, faulty.mark, fault),
         )
-        if not faulty.mark.exists() or done.returncode == 0:
-            break
+        return done if faulty.mark.exists() and done.returncode else None
+
+    for _, done in every(started, f"{function}:{cause}"):
         assert is_refusal(done.returncode, done.stderr), done
-        n += 1
-    assert n > 1
 
 
 def test_a_signal_at_every_frame(faulty):

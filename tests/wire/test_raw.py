@@ -12,7 +12,6 @@ from senders import (
     SIM,
     counts,
     disturbed,
-    encoded,
     held_by,
     on_a_line,
     sealed,
@@ -108,20 +107,6 @@ def test_an_index_that_is_damaged_costs_its_own_samples():
             ]
             assert len(wrong) <= 2
             assert len(found[0, 1]) >= len(samples) - 4
-
-
-@pytest.mark.parametrize(
-    ("frames", "samples"),
-    [
-        (500, [(n, n - 500) for n in range(1000)]),
-        (1000, [(n, 40000 + n) for n in range(1000)]),
-        (1000, [(2 * n, 1) for n in range(1000)]),
-        (2, [(n, n) for n in range(3)]),
-    ],
-    ids=["pairs", "wide", "with gaps", "odd"],
-)
-def test_a_pair_shares_a_frame_and_a_wide_count_has_its_own(frames, samples):
-    assert len(encoded(samples)) == frames
 
 
 def test_rates_arrive_as_float32_without_bad_numbers():
