@@ -21,10 +21,9 @@
 static const uint32_t taus[] = {1, 2, 4, 8, 16, 32};
 #define TAUS (sizeof taus / sizeof taus[0])
 
-/* Memory for one axis: longest window, 0 (its length is fixed), no segment, stride, longest
- * cluster, number of clusters, gaps. */
-#define AXIS_BYTES DAVAR_MEMORY_GRID_Q15(WINDOW, 0, 0, STRIDE, 32, TAUS, 4)
-static uint64_t memory[AXES][DAVAR_ROUND8(AXIS_BYTES) / 8];
+#define AXIS_BYTES                                                                                 \
+    DAVAR_MEMORY_GRID(Q15, longest(WINDOW), shortest(WINDOW), stride(STRIDE), largest(32), taus(TAUS))
+static uint64_t memory[AXES][AXIS_BYTES / 8];
 static davar_t axes[AXES]; /* x, y, z */
 static davar_plan_t plan;  /* one for all axes */
 static davar_config_t config;
