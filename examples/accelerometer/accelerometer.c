@@ -22,7 +22,8 @@ static const uint32_t taus[] = {1, 2, 4, 8, 16, 32};
 #define TAUS (sizeof taus / sizeof taus[0])
 
 #define AXIS_BYTES                                                                                 \
-    DAVAR_MEMORY_GRID(Q15, longest(WINDOW), shortest(WINDOW), stride(STRIDE), largest(32), taus(TAUS))
+    DAVAR_MEMORY_GRID(Q15, longest(WINDOW), shortest(WINDOW), stride(STRIDE), largest(32),         \
+                      taus(TAUS))
 static uint64_t memory[AXES][AXIS_BYTES / 8];
 static davar_t axes[AXES]; /* x, y, z */
 static davar_plan_t plan;  /* one for all axes */

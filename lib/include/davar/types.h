@@ -146,7 +146,7 @@ typedef struct {
 
     uint32_t stride; /**< samples from one result to the next, 1 to longest; default 1 */
     /** for a stride above 1. Null, the default: sums follow both edges of the window (2.9), at the
-     * same cost for every sample. Law glr names the grid itself. An engine that nobody names is not
+     * same cost for every sample. Law glr names the grid itself. An engine that is not named is not
      * linked */
     const davar_engine_t *engine;
     const uint32_t *taus; /**< cluster sizes m in samples, strictly ascending; tau = m / rate_hz */
