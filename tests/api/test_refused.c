@@ -37,14 +37,9 @@ static void use_glr(uint32_t type)
 
 static davar_status_t start(uint32_t type)
 {
-    switch (type) {
-    case 0U:
-        return davar_init_q15(&davar, &config, memory, sizeof memory);
-    case 1U:
-        return davar_init_q31(&davar, &config, memory, sizeof memory);
-    default:
-        return davar_init_f32(&davar, &config, memory, sizeof memory);
-    }
+    static davar_status_t (*const inits[])(davar_t *, const davar_config_t *, void *, size_t) = {
+        davar_init_q15, davar_init_q31, davar_init_f32};
+    return inits[type](&davar, &config, memory, sizeof memory);
 }
 
 static size_t push_until_result(uint32_t type, size_t from, size_t count)
