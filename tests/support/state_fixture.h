@@ -56,21 +56,10 @@ typedef enum { Q15, Q31, F32 } type_t;
 
 static void init(type_t type, davar_t *davar, unsigned which)
 {
-    davar_status_t status = DAVAR_OK;
+    static davar_status_t (*const inits[])(davar_t *, const davar_config_t *, void *, size_t) = {
+        davar_init_q15, davar_init_q31, davar_init_f32};
     memset(memory[which], 0xA5, sizeof memory[which]);
-    switch (type) {
-    case Q15:
-        status = davar_init_q15(davar, &config, memory[which], sizeof memory[which]);
-        break;
-    case Q31:
-        status = davar_init_q31(davar, &config, memory[which], sizeof memory[which]);
-        break;
-    case F32:
-    default:
-        status = davar_init_f32(davar, &config, memory[which], sizeof memory[which]);
-        break;
-    }
-    TEST_ASSERT_EQUAL(DAVAR_OK, status);
+    TEST_ASSERT_EQUAL(DAVAR_OK, inits[type](davar, &config, memory[which], sizeof memory[which]));
 }
 
 /* One sample of a noise that is at times four times as large, with occasional gaps. True: a result
