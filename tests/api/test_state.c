@@ -72,6 +72,30 @@ static void test_a_restored_stream_continues_bit_for_bit(void)
     }
 }
 
+/* Leaves bytes on the stack for the variables of the next call. */
+static void dirty_stack(int byte)
+{
+    volatile unsigned char bytes[4096];
+    for (size_t i = 0U; i < sizeof bytes; i++) {
+        bytes[i] = (unsigned char)byte;
+    }
+}
+
+/* The padding of the image has no bytes of an earlier call. */
+static void test_the_same_state_has_the_same_image(void)
+{
+    static unsigned char image[sizeof cells];
+    init(Q15, &original, 0U);
+    feed(0U, 500U);
+    dirty_stack(0x5A);
+    save();
+    memcpy(image, cells, sizeof image);
+    memset(cells, 0xFF, sizeof cells);
+    dirty_stack(0xA5);
+    save();
+    TEST_ASSERT_EQUAL_MEMORY(image, cells, sizeof image);
+}
+
 /* In the middle of a run of floats that are not numbers: still one gap. */
 static void test_a_gap_that_continues_survives(void)
 {
@@ -370,6 +394,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_restored_stream_continues_bit_for_bit);
+    RUN_TEST(test_the_same_state_has_the_same_image);
     RUN_TEST(test_a_gap_that_continues_survives);
     RUN_TEST(test_an_image_of_another_number_type_is_foreign);
     RUN_TEST(test_one_bit_of_the_configuration_makes_an_image_foreign);

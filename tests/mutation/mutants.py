@@ -60,7 +60,7 @@ PARTS = {
     "planner": Part(("tools/plan/planner",), (), ("tools/test_*plan*.py",)),
     "davarlab": Part(("tools/lab/davarlab",), (), ("lab/test_*.py", "wire/test_*.py"), HEAVY),
 }
-C_PARTS = {"lib": ("lib", "addons"), "rest": ("host_sim", "gateway")}  # of each copy of the tree
+C_PARTS = {"lib": ("lib",), "rest": ("host_sim", "gateway")}  # of each copy of the tree
 POOL = ThreadPoolExecutor(os.cpu_count() or 2)
 DRAWN = ("tools/lab/davarlab/report/plot.py",)  # only looks
 
