@@ -98,10 +98,10 @@ typedef struct davar {
 #define DAVAR_WORDS_Q31 2U
 #define DAVAR_WORDS_F32 2U
 #define DAVAR_ROUND8(bytes) (((bytes) + 7U) / 8U * 8U)
-#define DAVAR_STAGES_BYTES(n) DAVAR_ROUND8((size_t)24U + (72U * (n)) + (7U * sizeof(void *)))
+#define DAVAR_STAGES_BYTES(n) DAVAR_ROUND8(24U + ((size_t)72U * (n)) + (7U * sizeof(void *)))
 #define DAVAR_SONG_BYTES 16U
 #define DAVAR_GRID_BYTES DAVAR_ROUND8((size_t)76U + (16U * sizeof(void *)))
-#define DAVAR_GLR_BYTES(n) DAVAR_ROUND8((size_t)1032U + (((n)-1U) * 2U * sizeof(void *)))
+#define DAVAR_GLR_BYTES(n) DAVAR_ROUND8(1032U + (((size_t)(n)-1U) * 2U * sizeof(void *)))
 #define DAVAR_SUMS(n, T) ((size_t)8U * (n) * (T))
 #define DAVAR_POWERS(n, S) ((((S) == 0U) ? (size_t)0U : (size_t)32U) * (n))
 #define DAVAR_DUES(T) (2U * DAVAR_ROUND8((size_t)4U * (T)))
