@@ -1,5 +1,5 @@
-/* davar-sim - the options that davar-node has not, or has with another help text. The help is the
- * manual. */
+/* davar-sim - the options that davar-node does not have, or has with another help text. The help
+ * is the manual. */
 #include "options/options.h"
 
 #include <stdlib.h>

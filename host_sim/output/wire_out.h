@@ -1,5 +1,5 @@
-/* davar-sim - sends results as frames (addons/can/DESIGN.md), or in a dialect (docs/DIALECTS.md), through
- * the link contract. */
+/* davar-sim - sends results as frames (addons/can/DESIGN.md), or in a dialect (docs/DIALECTS.md),
+ * through the link contract. */
 #ifndef WIRE_OUT_H
 #define WIRE_OUT_H
 

@@ -177,8 +177,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     }
     (void)snprintf(name, sizeof name, "/proc/self/fd/%d", file);
     const options_t options = {.recording = name,
-                               .lsb = ((how & HAS_LSB) != 0U) ? 0.01 : 0.0,
-                               .rate_hz = ((how & HAS_RATE) != 0U) ? 100.0 : 0.0,
+                               .setup = {.lsb = ((how & HAS_LSB) != 0U) ? 0.01 : 0.0,
+                                         .rate_hz = ((how & HAS_RATE) != 0U) ? 100.0 : 0.0},
                                .arith = ((how & IS_FLOAT) != 0U) ? ARITH_FLOAT : ARITH_FIXED,
                                .progress = SHOW_NEVER};
     progress_t progress;

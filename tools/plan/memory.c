@@ -25,8 +25,7 @@ static size_t pointer_bytes;
      DAVAR_MEMORY(type, longest(a[0]), shortest(a[0]), stride(a[1]), largest(a[2]), taus(a[3]))},  \
         {"GRID_" #type, DAVAR_MEMORY_GRID(type, longest(a[0]), shortest(a[0]), stride(a[1]),       \
                                           largest(a[2]), taus(a[3]))},                             \
-        {"GLR_" #type,                                                                             \
-         DAVAR_MEMORY_GLR(type, longest(a[0]), stride(a[1]), largest(a[2]), taus(a[3]))},          \
+        {"GLR_" #type, DAVAR_MEMORY_GLR(type, longest(a[0]), largest(a[2]), taus(a[3]))},          \
         {"CASCADE_" #type, DAVAR_CASCADE_MEMORY(type, a[0])},
 
 /* Of the macro with this name, or 0. list: its arguments, joined by commas. */

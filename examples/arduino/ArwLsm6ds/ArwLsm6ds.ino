@@ -10,7 +10,6 @@
  * description".
  *
  * The board needs a 64-bit double: any 32-bit board, but not an Uno or Mega with an AVR. */
-#include "davar/fit.h"
 #include <Wire.h>
 #include <davar.h>
 

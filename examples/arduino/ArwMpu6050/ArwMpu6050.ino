@@ -10,7 +10,6 @@
  * (product specification PS-MPU-6000A-00, section 6.1), which is 0.3 deg/sqrt(h).
  *
  * The board needs a 64-bit double: any 32-bit board, but not an Uno or Mega with an AVR. */
-#include "davar/fit.h"
 #include <Wire.h>
 #include <davar.h>
 

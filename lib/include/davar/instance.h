@@ -58,15 +58,15 @@ typedef struct davar {
 } davar_t;
 
 /** @{ */
-/** Bytes of memory for an instance, as a constant: configured by DAVAR_SONG or DAVAR_FIXED, the same
- * on the grid (a stride above 1), or by DAVAR_GLR_* with a stride above 1.
- * The arguments are the settings by name, in this order; a wrong name or order does not compile.
+/** Bytes of memory for an instance, as a constant. DAVAR_MEMORY: configured by DAVAR_SONG (shortest
+ * below longest) or DAVAR_FIXED (equal). DAVAR_MEMORY_GRID: the same on the grid.
+ * DAVAR_MEMORY_GLR: by DAVAR_GLR_*, stride above 1. A wrong name or order of the arguments does not compile.
  * ```c
  * static uint64_t memory[DAVAR_MEMORY(Q15, longest(600), shortest(400), stride(60),
  *                                     largest(128), taus(8)) / 8];
  * ```
- * type: Q15, Q31 or F32. largest: the largest cluster size. A fixed window has shortest equal to
- * longest. For other settings call davar_memory_size_*, which is exact. Source: DESIGN 6. */
+ * type: Q15, Q31 or F32. largest: the largest cluster size. Other settings: davar_memory_size_*,
+ * which is exact. Source: DESIGN 6. */
 #define DAVAR_MEMORY(type, a_longest, a_shortest, a_stride, a_largest, a_taus)                     \
     DAVAR_MEMORY_SLIDING(DAVAR_WORDS_##type, DAVAR_LONGEST_##a_longest,                            \
                          DAVAR_SEGMENT(a_longest, a_shortest), DAVAR_STRIDE_##a_stride,            \
@@ -76,7 +76,7 @@ typedef struct davar {
                          DAVAR_SHORTEST_##a_shortest, DAVAR_SEGMENT(a_longest, a_shortest),        \
                          DAVAR_STRIDE_##a_stride, DAVAR_LARGEST_##a_largest, DAVAR_TAUS_##a_taus,  \
                          4U)
-#define DAVAR_MEMORY_GLR(type, a_longest, a_stride, a_largest, a_taus)                             \
+#define DAVAR_MEMORY_GLR(type, a_longest, a_largest, a_taus)                                       \
     DAVAR_MEMORY_OF_GLR(DAVAR_WORDS_##type, DAVAR_LONGEST_##a_longest, 10U,                        \
                         DAVAR_LARGEST_##a_largest, DAVAR_TAUS_##a_taus, 4U)
 /** @} */

@@ -59,7 +59,7 @@ typedef enum {
     DAVAR_ERR_TAU_OVERFLOW = 26
 } davar_status_t;
 
-/** A window law: what decides how long the window is. One that no configuration names is not linked. */
+/** A window law: what decides how long the window is. One that is not named is not linked. */
 typedef struct davar_law davar_law_t;
 
 /** Kurtosis alone ("DAVAR-K"). As the next two, after [SONG18] section 4: the window shrinks while
@@ -259,10 +259,10 @@ typedef struct {
     double high;  /**< upper limit, same unit */
 } davar_coefficient_t;
 
-/** Law glr: the two levels that the newest alarm distinguished (10.12), in deg/s: standard deviations
- * of a sample about the mean of its block. If the noise is white, a level is the Allan deviation at
- * m = 1, and times 60 / sqrt(rate_hz) it is ARW in deg/sqrt(h). With whitening, the levels are those
- * before the filter (10.16). */
+/** Law glr: the two levels that the newest alarm distinguished (10.12), in deg/s: standard
+ * deviations of a sample about the mean of its block. If the noise is white, a level is the Allan
+ * deviation at m = 1, and times 60 / sqrt(rate_hz) it is ARW in deg/sqrt(h). With whitening, the
+ * levels are those before the filter (10.16). */
 typedef struct {
     uint32_t m; /**< 1; 0: no alarm yet, the rest is NaN */
     /** level between the previous change and this one, over at most the longest window */
@@ -311,7 +311,8 @@ typedef struct {
     uint64_t epoch;          /**< the newest sample of the window: its index from 0 */
     uint32_t window_samples; /**< length L of the window */
     /** of these, mirror images of others in the window, which carry no information (5.13). 0; a
-     * program that extends a record by its mirror image, as davar-sim does, sets it for davar_fit */
+     * program that extends a record by its mirror image, as davar-sim does, sets it for davar_fit
+     */
     uint32_t mirrored_samples;
     uint32_t gaps_in_window; /**< gaps inside this window */
     /** law glr: samples since the newest change, at the epoch; otherwise 0 */

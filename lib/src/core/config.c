@@ -98,7 +98,7 @@ static davar_status_t check_motion(const davar_config_t *config, const davar_num
     return too_far ? DAVAR_ERR_SHRINK : DAVAR_OK;
 }
 
-/* Can window_max squares of a difference of m samples each overflow the sum (2.4)? */
+/* Can window.longest squares of a difference of m samples each overflow the sum (2.4)? */
 static bool overflows(const davar_config_t *config, const davar_number_t *number, bool is_float,
                       uint32_t m)
 {

@@ -16,8 +16,8 @@ struct davar_number;
 struct davar_engine {
     const struct davar_number *number; /* the type of its samples and sums */
     uint32_t block;                    /* samples that it stores together, at most */
-    /* Takes the first of `count` samples and more, none after the epoch that is due; returns how many.
-     * No gap is near, and no span reaches before the start. */
+    /* Takes the first of `count` samples and more, none after the epoch that is due; returns how
+     * many. No gap is near, and no span reaches before the start. */
     uint32_t (*step)(struct davar *davar, const void *samples, size_t count);
     /* Takes one sample, which is already in the ring. */
     void (*step_carefully)(struct davar *davar);
@@ -25,7 +25,7 @@ struct davar_engine {
     void *(*carve)(davar_arena_t *arena, const davar_config_t *config);
     /* At the start of a stream, after the stages. */
     void (*start)(struct davar *davar);
-    /* At an epoch: moves the window to it, and keeps its length, sums and moments for the reader. */
+    /* At an epoch: moves the window to it, and keeps length, sums and moments for the reader. */
     void (*complete)(struct davar *davar);
 };
 

@@ -1,5 +1,5 @@
-/* davar - the gain of a filter for white noise and drifts at each cluster size, DESIGN (5.16): means
- * over the frequencies of the sampled spectrum. */
+/* davar - the gain of a filter for white noise and drifts at each cluster size, DESIGN (5.16):
+ * means over the frequencies of the sampled spectrum. */
 #include "filter/spectrum.h"
 #include "fit/plan.h"
 

@@ -1,5 +1,5 @@
-/* davar - how much more the blocks scatter than in Gaussian noise, and the factor by which that widens
- * a threshold (10.3). */
+/* davar - how much more the blocks scatter than in Gaussian noise, and the factor by which that
+ * widens a threshold (10.3). */
 #include "core/window.h"
 #include "laws/glr.h"
 #include "number/real.h"

@@ -313,8 +313,8 @@ uint32_t davar_glr_rounding(uint32_t block, int16_t first, int16_t second)
 
 /* --- the window law --------------------------------------------------------------------------- */
 
-/* On a grid, windows begin between two blocks. Is one of window_min to window_max samples possible
- * at every epoch? */
+/* On a grid, windows begin between two blocks. Is one of window.shortest to window.longest samples
+ * possible at every epoch? */
 static bool fits_between_blocks(const davar_config_t *config)
 {
     const uint32_t block = config->glr.block;

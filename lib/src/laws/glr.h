@@ -118,8 +118,8 @@ void davar_glr_start(davar_glr_config_t *config, const davar_glr_wish_t *wish);
  * whitening adds, rounded (10.17). */
 uint32_t davar_glr_floor(uint32_t block, int16_t first, int16_t second);
 
-/* b of the rounding of the samples and, with whitening, of the predicted samples: exact for errors of
- * variance 1/12 that are independent (10.18). */
+/* b of the rounding of the samples and, with whitening, of the predicted samples: exact for errors
+ * of variance 1/12 that are independent (10.18). */
 uint32_t davar_glr_rounding(uint32_t block, int16_t first, int16_t second);
 
 void davar_glr_reset(davar_glr_t *state);
@@ -147,7 +147,8 @@ void davar_glr_skip(davar_glr_t *state, const davar_glr_config_t *config, davar_
  * least 1, below 16; GAIN_DIGITS. */
 uint32_t davar_glr_dispersion(const davar_glr_t *state, uint32_t octave);
 
-/* --- the window: as long as the likelihood ratio finds one variance in it ---------------------- */
+/* --- the window: as long as the likelihood ratio finds one variance in it ----------------------
+ */
 
 /* Where the window begins that ends with the newest accepted block. At most ten tests, six with 600
  * blocks; rarely a logarithm. */

@@ -1,5 +1,5 @@
-/* davar - where kurtosis and contribution are in 32 bits: it decides nearly every case at a fraction of
- * the cost (3.5). */
+/* davar - where kurtosis and contribution are in 32 bits: it decides nearly every case at a
+ * fraction of the cost (3.5). */
 #ifndef DAVAR_SRC_SONG_H
 #define DAVAR_SRC_SONG_H
 

@@ -1,5 +1,5 @@
-/* davar - the second and fourth moments of a window: kurtosis and sliding contribution (3), and whether
- * they leave their bounds. Integers are compared, so that every target decides the same. */
+/* davar - the second and fourth moments of a window: kurtosis and sliding contribution (3), and
+ * whether they leave their bounds. Integers are compared, so that every target decides the same. */
 #ifndef DAVAR_SRC_MOMENTS_H
 #define DAVAR_SRC_MOMENTS_H
 
@@ -37,9 +37,9 @@ void davar_magnitude_u64(davar_magnitude_t *result, uint64_t value);
 /* (high 2^64 + low) 2^exponent, its top 64 bits. */
 void davar_magnitude(davar_magnitude_t *result, uint64_t low, uint64_t high, int32_t exponent);
 
-/* The kurtosis in 32 bits (3.5). K = 16 over / under. `over` is less than 1 below the true one, and UINT32_MAX for K >= 16;
- * `under` is at least 2^30 and less than 3 below the true one. No variance: both are 0. Unknown:
- * only `under` is 0. */
+/* The kurtosis in 32 bits (3.5). K = 16 over / under. `over` is less than 1 below the true one,
+ * and UINT32_MAX for K >= 16; `under` is at least 2^30 and less than 3 below the true one. No
+ * variance: both are 0. Unknown: only `under` is 0. */
 typedef struct davar_rough {
     uint32_t over;
     uint32_t under;

@@ -57,7 +57,7 @@ def _memory(design: Design) -> str:
     window, stride, largest, taus = design.memory[1]
     settings = {"longest": window, "shortest": window, "stride": stride, "largest": largest}
     if design.law == "glr":
-        del settings["shortest"]
+        del settings["shortest"], settings["stride"]
     named = ", ".join(f"{name}({value})" for name, value in {**settings, "taus": taus}.items())
     return f"DAVAR_MEMORY{'_' * bool(of_law)}{of_law}({number}, {named})"
 
