@@ -265,6 +265,32 @@ static void is_as_after_init(void)
     TEST_ASSERT_EQUAL_MEMORY(fresh_memory, memory[1], sizeof fresh_memory);
 }
 
+/* Both slots hold an image: of 100 samples, and, the newer, of 150. */
+static void save_twice(void)
+{
+    save_after(Q15, 100U);
+    feed(100U, 150U);
+    save();
+}
+
+static void test_power_lost_at_any_byte_of_a_save_leaves_the_image_before(void)
+{
+    static unsigned char before[sizeof cells];
+    save_twice();
+    feed(150U, 200U);
+    memcpy(before, cells, sizeof cells);
+    for (size_t bytes = 0U; bytes < davar_state_bytes(&original); bytes++) {
+        memcpy(cells, before, sizeof cells);
+        budget = bytes;
+        TEST_ASSERT_EQUAL(DAVAR_STATE_ERR_STORAGE, davar_state_save(&original, &storage));
+        TEST_ASSERT_EQUAL_UINT64(151U - 1U, restored_epoch());
+    }
+    memcpy(cells, before, sizeof cells);
+    budget = davar_state_bytes(&original);
+    save();
+    TEST_ASSERT_EQUAL_UINT64(201U - 1U, restored_epoch());
+}
+
 static void test_a_single_damaged_byte_is_found(void)
 {
     save_after(Q15, 100U);
@@ -400,6 +426,7 @@ int main(void)
     RUN_TEST(test_one_bit_of_the_configuration_makes_an_image_foreign);
     RUN_TEST(test_storage_that_is_too_small_is_rejected);
     RUN_TEST(test_an_image_of_another_size_or_byte_order_is_foreign);
+    RUN_TEST(test_power_lost_at_any_byte_of_a_save_leaves_the_image_before);
     RUN_TEST(test_a_single_damaged_byte_is_found);
     RUN_TEST(test_storage_that_fails_at_any_read_is_survived);
     RUN_TEST(test_a_second_reading_that_differs_is_rejected);

@@ -49,6 +49,109 @@ static void test_every_mix_comes_back_in_its_unit(void)
     }
 }
 
+static void test_white_noise_limits_the_other_terms(void)
+{
+    const double white[] = {0, 4.0, 0, 0, 0};
+    set_octaves(600, 7);
+    set_model(white);
+    davar_fit(&plan, 1.0 / 0.01, &result);
+    assert_absent_below(0.01 * 1.0, term(DAVAR_QUANTIZATION));
+    assert_absent_below(3600.0 * 0.5, term(DAVAR_BIAS_INSTABILITY));
+    assert_absent_below(216000.0 * 0.5 / sqrt(0.01), term(DAVAR_RATE_RANDOM_WALK));
+    assert_absent_below(12960000.0 * 0.1 / 0.01, term(DAVAR_RATE_RAMP));
+}
+
+/* ---- intervals ---- */
+
+static void test_edf_follows_the_dominant_noise(void)
+{
+    const double walk[] = {0, 1.0, 0, 1.0, 0};
+    set_octaves(600, 7);
+    set_model(walk);
+    davar_fit(&plan, 1.0, &result);
+    const double edf = davar_edf(DAVAR_RATE_RANDOM_WALK, 64, 600);
+    TEST_ASSERT_DOUBLE_WITHIN(0.01 * edf, edf, result.tau[6].edf);
+    TEST_ASSERT_TRUE(result.tau[0].edf < davar_edf(DAVAR_RATE_RANDOM_WALK, 1, 600));
+    TEST_ASSERT_TRUE(result.tau[0].edf > davar_edf(DAVAR_ANGLE_RANDOM_WALK, 1, 600));
+}
+
+/* --- rounding to counts of 1: its variance is 1 / 12, and half a count shows as 1 / 3 --- */
+
+static void fit_counts(double white, double walk)
+{
+    const double model[] = {0, white, 0, walk, 0};
+    set_octaves(600, 7);
+    set_model(model);
+    result.unit_per_count = 1.0;
+    davar_fit(&plan, 1.0, &result);
+}
+
+static void test_rounding_is_subtracted(void)
+{
+    fit_counts(10.0, 0.0);
+    assert_holds(60.0 * sqrt(10.0 - (1.0 / 12.0)), term(DAVAR_ANGLE_RANDOM_WALK));
+    TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->low > 170.0);
+    fit_counts(10.0, 1.0);
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_MIXED, result.noise);
+    TEST_ASSERT_DOUBLE_WITHIN(0.1, 60.0 * sqrt(10.0 - (1.0 / 12.0)),
+                              term(DAVAR_ANGLE_RANDOM_WALK)->value);
+}
+
+static void test_insignificant_noise_near_half_a_count_has_no_lower_limit(void)
+{
+    fit_counts(0.31, 0.0);
+    TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->present);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, term(DAVAR_ANGLE_RANDOM_WALK)->low);
+}
+
+static void assert_coarse(void)
+{
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_COARSE, result.noise);
+    TEST_ASSERT_EQUAL_UINT(0U, present_terms());
+    TEST_ASSERT_TRUE(isinf(result.tau[0].high) && isinf(term(DAVAR_RATE_RANDOM_WALK)->high));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 30.0, term(DAVAR_ANGLE_RANDOM_WALK)->high);
+}
+
+static void test_noise_below_half_a_count_is_coarse(void)
+{
+    fit_counts(0.2, 0.0);
+    assert_coarse();
+    fit_counts(0.1, 0.01); /* a slow walk does not help: it appears as stairs */
+    assert_coarse();
+    (void)davar_fit_white(&plan, 1.0, &result);
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_MIXED, result.noise);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 30.0, term(DAVAR_ANGLE_RANDOM_WALK)->high);
+}
+
+static void test_a_walk_of_counts_keeps_its_coefficient_with_hidden_noise(void)
+{
+    fit_counts(0.1, 1.0);
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_MIXED, result.noise);
+    TEST_ASSERT_TRUE(term(DAVAR_RATE_RANDOM_WALK)->present);
+    TEST_ASSERT_FALSE(term(DAVAR_ANGLE_RANDOM_WALK)->present);
+    TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->high >= 30.0 - 1e-6);
+    fit_counts(0.3, 0.1);
+    TEST_ASSERT_FALSE(term(DAVAR_ANGLE_RANDOM_WALK)->present);
+    TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->high >= 30.0 - 1e-6);
+}
+
+/* Every other estimate a tenth smaller, from m = 8 on, so that the short sizes do not read low: no
+ * sum of these terms does that, and the interval must say so. */
+static void test_a_misfit_widens_the_interval(void)
+{
+    const double white[] = {0, 1.0, 0, 0, 0};
+    set_octaves(100000, 13);
+    set_model(white);
+    davar_fit(&plan, 1.0, &result);
+    const davar_coefficient_t good = *term(DAVAR_ANGLE_RANDOM_WALK);
+    for (int t = 3; t < 13; t += 2) {
+        result.tau[t].adev *= 0.9;
+    }
+    davar_fit(&plan, 1.0, &result);
+    const davar_coefficient_t *bad = term(DAVAR_ANGLE_RANDOM_WALK);
+    TEST_ASSERT_TRUE(bad->high / bad->value > 1.0 + 5.0 * (good.high / good.value - 1.0));
+}
+
 /* Allan variance of a sinusoid of amplitude 1, f cycles per sample, summed over samples. */
 static double tone_avar(double f, double m)
 {
@@ -99,6 +202,32 @@ static void test_one_tau_gives_only_arw(void)
     TEST_ASSERT_TRUE(isinf(term(DAVAR_RATE_RAMP)->high));
 }
 
+static void test_nearly_equal_taus_do_not_separate_terms(void)
+{
+    const uint32_t m[] = {1U << 20U, (1U << 20U) + 1U};
+    set_taus(1U << 24U, m, 2);
+    result.tau[0].adev = 1e-3;
+    result.tau[1].adev = 1e-2;
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_EQUAL_UINT(0U, present_terms()); /* no term explains both */
+    TEST_ASSERT_TRUE(isinf(term(DAVAR_RATE_RANDOM_WALK)->high));
+}
+
+static void test_a_constant_input_bounds_nothing(void)
+{
+    const double nothing[] = {0, 0, 0, 0, 0};
+    set_octaves(600, 7);
+    set_model(nothing);
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_EQUAL_UINT(0U, present_terms());
+    for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
+        TEST_ASSERT_TRUE(isinf(result.coefficient[k].high));
+    }
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, result.tau[3].low);
+    TEST_ASSERT_TRUE(isinf(result.tau[3].high));
+    TEST_ASSERT_EQUAL_INT(DAVAR_NOISE_CONSTANT, result.noise);
+}
+
 static void test_taus_without_differences_are_skipped(void)
 {
     const double white[] = {0, 1.0, 0, 0, 0};
@@ -116,6 +245,64 @@ static void test_taus_without_differences_are_skipped(void)
     TEST_ASSERT_TRUE(isnan(result.tau[6].high));
 }
 
+/* ---- whatever the list ---- */
+
+static void assert_in_order(void)
+{
+    for (int t = 0; t < result.tau_count; t++) {
+        TEST_ASSERT_TRUE((result.tau[t].low <= result.tau[t].adev) &&
+                         (result.tau[t].adev <= result.tau[t].high));
+    }
+    for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
+        const davar_coefficient_t *const c = &result.coefficient[k];
+        TEST_ASSERT_TRUE(c->high > 0.0);
+        TEST_ASSERT_TRUE(!c->present ||
+                         ((0.0 <= c->low) && (c->low <= c->value) && (c->value <= c->high)));
+    }
+}
+
+/* Cluster sizes so alike, or so few, that terms are hardly separable. */
+static void test_inseparable_terms_have_limits_in_order(void)
+{
+    static const struct {
+        uint32_t window;
+        uint8_t count;
+        uint32_t m[3];
+        uint32_t differences[3];
+        double adev[3];
+    } cases[] = {
+        {52U, 3U, {15U, 16U, 17U}, {18U, 21U, 19U}, {0.39383, 0.35178, 0.36170}},
+        {16110U, 2U, {12U, 7661U}, {16087U, 789U}, {0.358833, 0.148395}},
+        {1728U, 3U, {30U, 31U, 32U}, {1669U, 1667U, 1665U}, {0.2630568, 0.2577470, 0.2712503}},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        set_taus(cases[i].window, cases[i].m, cases[i].count);
+        for (int t = 0; t < cases[i].count; t++) {
+            result.tau[t].differences = cases[i].differences[t];
+            result.tau[t].adev = cases[i].adev[t];
+        }
+        davar_fit(&plan, 1.0 / 0.01, &result);
+        assert_in_order();
+    }
+}
+
+/* No unit is too large or too small, nor an ADEV beside another: one that no float could hold
+ * beside the rest is 0. */
+static void test_a_negligible_deviation_is_absent(void)
+{
+    static const double tiny[] = {1e-160, 0.0};
+    davar_coefficient_t found[2][DAVAR_COEFFICIENT_COUNT];
+    for (int i = 0; i < 2; i++) {
+        const double white[] = {0, 1e300, 0, 0, 0};
+        set_octaves(600, 7);
+        set_model(white);
+        result.tau[0].adev = tiny[i];
+        davar_fit(&plan, 1.0, &result);
+        memcpy(found[i], result.coefficient, sizeof found[i]);
+    }
+    TEST_ASSERT_EQUAL_MEMORY(found[1], found[0], sizeof found[0]);
+}
+
 static void test_white_noise_of_any_size_is_found(void)
 {
     for (int decade = -100; decade <= 100; decade += 10) {
@@ -127,6 +314,96 @@ static void test_white_noise_of_any_size_is_found(void)
         assert_holds(60.0 * n, term(DAVAR_ANGLE_RANDOM_WALK));
         TEST_ASSERT_EQUAL_UINT(1U << DAVAR_ANGLE_RANDOM_WALK, present_terms());
     }
+}
+
+/* White noise alone: the same as davar_fit where it explains all, otherwise an upper limit that the
+ * truth is below. */
+static void test_the_fit_of_white_noise_alone(void)
+{
+    const double white[] = {0.0, 4.0, 0.0, 0.0, 0.0};
+    const double drifting[] = {0.0, 4.0, 0.0, 0.3, 0.0};
+    davar_result_t whole;
+    set_octaves(600U, 7U);
+    set_model(white);
+    whole = result;
+    TEST_ASSERT_TRUE(davar_fit_white(&plan, 50.0, &result));
+    davar_fit(&plan, 50.0, &whole);
+    TEST_ASSERT_EQUAL_INT(DAVAR_NOISE_WHITE, result.noise);
+    TEST_ASSERT_EQUAL_INT(DAVAR_NOISE_WHITE, whole.noise);
+    TEST_ASSERT_EQUAL_MEMORY(whole.tau, result.tau, 7U * sizeof result.tau[0]);
+    TEST_ASSERT_EQUAL_MEMORY(whole.coefficient, result.coefficient, sizeof result.coefficient);
+    set_model(drifting);
+    whole = result;
+    TEST_ASSERT_FALSE(davar_fit_white(&plan, 50.0, &result));
+    davar_fit(&plan, 50.0, &whole);
+    TEST_ASSERT_EQUAL_INT(DAVAR_NOISE_MIXED, result.noise);
+    TEST_ASSERT_EQUAL_INT(DAVAR_NOISE_MIXED, whole.noise);
+    const davar_coefficient_t *arw = term(DAVAR_ANGLE_RANDOM_WALK);
+    TEST_ASSERT_FALSE(arw->present);
+    TEST_ASSERT_TRUE((arw->high > 60.0 * sqrt(4.0 / 50.0)) &&
+                     (arw->high < 1.3 * 60.0 * sqrt(4.3 / 50.0)));
+    TEST_ASSERT_TRUE(isinf(term(DAVAR_RATE_RANDOM_WALK)->high) && isnan(result.tau[0].low) &&
+                     isnan(result.tau[6].edf));
+    memset(&result, 0, sizeof result);
+    set_octaves(1U, 3U);
+    TEST_ASSERT_FALSE(davar_fit_white(&plan, 50.0, &result));
+    TEST_ASSERT_EQUAL_INT(DAVAR_NOISE_UNKNOWN, result.noise);
+    TEST_ASSERT_TRUE(isinf(arw->high));
+}
+
+/* For white noise, the general fit must evaluate a further term like the fast path. */
+static void test_general_fit_agrees_with_the_short_cut(void)
+{
+    const double nearly_white[] = {0.02, 1.0, 0.001, 0, 0};
+    set_octaves(600, 7);
+    set_model(nearly_white);
+    davar_fit(&plan, 1.0, &result);
+    davar_mixture_t model = {.data = &result, .plan = &plan, .end = plan.count};
+    davar_mixture_fit(&model, 1.0, 0U);
+    TEST_ASSERT_EQUAL_UINT(1U << DAVAR_ANGLE_RANDOM_WALK, model.terms);
+    /* other weights: they differ by less than a hundredth of a standard error */
+    TEST_ASSERT_DOUBLE_WITHIN(0.017, term(DAVAR_ANGLE_RANDOM_WALK)->value, 60.0 * sqrt(model.a[1]));
+    for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
+        const double share =
+            (double)plan.sigma[k] / (double)(1U << DAVAR_FIT_SHARE_BITS) * (double)plan.scale[k];
+        const double sigma = share * (double)plan.unit[k] * model.a[1];
+        /* the weights of the short cut have the least variance */
+        TEST_ASSERT_TRUE(sqrt(model.variance[k]) > 0.9999 * sigma);
+        TEST_ASSERT_TRUE(sqrt(model.variance[k]) < 1.12 * sigma);
+    }
+}
+
+static void test_a_superfluous_term_is_removed(void)
+{
+    const double walk[] = {0, 0, 0, 1.0, 0};
+    set_octaves(600, 7);
+    set_model(walk);
+    davar_mixture_t model = {.data = &result, .plan = &plan, .end = plan.count};
+    davar_mixture_fit(&model, 1.0, 1U << DAVAR_RATE_RAMP); /* the wrong suspect */
+    TEST_ASSERT_EQUAL_UINT(1U << DAVAR_RATE_RANDOM_WALK, model.terms);
+}
+
+/* With flicker found first, the white noise of a short window may no longer be significant. */
+static void test_insignificant_white_noise_is_removed(void)
+{
+    const double flicker[] = {0, 1.0, 0.63, 0, 0};
+    set_octaves(90, 4);
+    set_model(flicker);
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_EQUAL_UINT(1U << DAVAR_BIAS_INSTABILITY, present_terms());
+    TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->high > 60.0);
+}
+
+/* An estimate with few degrees of freedom is never far from zero in its own standard errors;
+ * without it the rest is. */
+static void test_an_uncertain_term_that_the_others_cannot_replace_stays(void)
+{
+    const double mix[] = {2.1, 1.0, 0, 0.00755579, 0};
+    set_octaves(681, 6);
+    set_model(mix);
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_TRUE(term(DAVAR_QUANTIZATION)->present);
+    TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->present);
 }
 
 /* An exact mix of any terms: nothing is left for the absent ones. */
@@ -154,6 +431,69 @@ static void test_in_an_exact_mix_absent_terms_are_zero(void)
                 TEST_ASSERT_TRUE(isfinite(model.variance[k]));
             }
         }
+    }
+}
+
+static void test_degrees_of_freedom_of_one_term(void)
+{
+    uint32_t clamped = 0U;
+    const uint32_t window = 64U;
+    for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
+        davar_mixture_t model = {
+            .data = &result, .plan = &plan, .end = plan.count, .terms = 1U << (unsigned)k};
+        model.a[k] = 0.7;
+        for (uint32_t m = 1U; m <= (window / 2U); m++) {
+            const uint32_t all = window - (2U * m) + 1U;
+            set_taus(window, &m, 1);
+            for (uint32_t left = 1U; left <= all; left++) {
+                result.tau[0].differences = left;
+                const double edf =
+                    davar_noise_edf((davar_coefficient_kind_t)k, m, all) * left / all;
+                TEST_ASSERT_DOUBLE_WITHIN(1e-6 * edf, (edf > 1.0) ? edf : 1.0,
+                                          davar_mixture_edf(&model, 0));
+                clamped += (edf < 1.0) ? 1U : 0U;
+            }
+        }
+    }
+    TEST_ASSERT_GREATER_THAN_UINT32(1000U, clamped);
+}
+
+/* ---- the plan is a cache ---- */
+
+static void assert_same_as_fresh(const uint32_t *m, uint8_t count)
+{
+    davar_result_t again = result;
+    davar_plan_t fresh;
+    memset(&fresh, 0xA5, sizeof fresh);
+    davar_plan_init_white(&fresh, m, count);
+    davar_fit(&fresh, 1.0 / 0.5, &again);
+    davar_fit(&plan, 1.0 / 0.5, &result);
+    TEST_ASSERT_EQUAL_MEMORY(again.tau, result.tau, sizeof result.tau);
+    for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
+        TEST_ASSERT_EQUAL_INT(again.coefficient[k].present, result.coefficient[k].present);
+        TEST_ASSERT_EQUAL_DOUBLE(again.coefficient[k].value, result.coefficient[k].value);
+        TEST_ASSERT_EQUAL_DOUBLE(again.coefficient[k].low, result.coefficient[k].low);
+        TEST_ASSERT_EQUAL_DOUBLE(again.coefficient[k].high, result.coefficient[k].high);
+    }
+}
+
+static void test_a_used_plan_gives_what_a_fresh_one_gives(void)
+{
+    static const uint32_t m[] = {1, 3, 9, 27, 81};
+    static const uint32_t windows[] = {600, 600, 400, 150, 20, 150, 600, 1, 600};
+    const double mix[] = {0.1, 1.0, 0, 0.001, 0};
+    set_taus(600, m, 5);
+    for (size_t i = 0; i < sizeof windows / sizeof windows[0]; i++) {
+        result.window_samples = windows[i];
+        for (int t = 0; t < 5; t++) {
+            result.tau[t].differences =
+                (2U * m[t] <= windows[i]) ? windows[i] - 2U * m[t] + 1U : 0U;
+        }
+        set_model(mix);
+        assert_same_as_fresh(m, 5);
+        result.tau[0].differences -=
+            (result.tau[0].differences > 3U) ? 3U : 0U; /* a gap, then complete again */
+        assert_same_as_fresh(m, 5);
     }
 }
 
@@ -328,66 +668,19 @@ static void assert_white_of_window(void)
     TEST_ASSERT_TRUE((found->low < 60.0) && (found->high > 60.0));
 }
 
-#define Q (1U << DAVAR_QUANTIZATION)
-#define N (1U << DAVAR_ANGLE_RANDOM_WALK)
-#define B (1U << DAVAR_BIAS_INSTABILITY)
-#define K (1U << DAVAR_RATE_RANDOM_WALK)
-
-/* The window shows the short terms and the cascade the slow ones; a cascade alone shows all. A
- * flicker that is too small for the window raises its white noise a little. */
-static void test_window_and_cascade_share_the_terms(void)
+static void test_slow_terms_come_from_the_cascade(void)
 {
-    static const struct {
-        uint8_t window;
-        uint8_t sizes;
-        double mix[DAVAR_COEFFICIENT_COUNT];
-        davar_noise_t noise;
-        unsigned present;
-        double white_error; /* relative, and of the other terms */
-        double error;
-    } cases[] = {
-        {SHORT, LONG, {0, 1.0, 0.002, 1.2e-7, 0}, DAVAR_NOISE_MIXED, N | B | K, 5e-3, 1e-6},
-        {SHORT, LONG, {3.0, 1.0, 0.002, 0, 0}, DAVAR_NOISE_MIXED, Q | N | B, 0.02, 0.01},
-        {0U, LONG, {0, 1.0, 0.002, 1.2e-7, 0}, DAVAR_NOISE_MIXED, N | B | K, 1e-6, 1e-6},
-        {0U, LONG, {0, 1.0, 0, 0, 0}, DAVAR_NOISE_WHITE, N, 1e-6, 0.0},
-        {0U, LONG, {0, 0, 0, 1e-3, 0}, DAVAR_NOISE_MIXED, K, 0.0, 1e-6},
-        {0U, LONG, {0, 0, 0, 0, 0}, DAVAR_NOISE_CONSTANT, 0U, 0.0, 0.0},
-        {SHORT, 0U, {0, 0, 0, 0, 0}, DAVAR_NOISE_CONSTANT, 0U, 0.0, 0.0},
-    };
-    for (size_t i = 0U; i < sizeof cases / sizeof cases[0]; i++) {
-        set_curve(cases[i].window, cases[i].sizes, cases[i].mix);
-        davar_fit(&plan, 1.0, &result);
-        TEST_ASSERT_EQUAL(cases[i].noise, result.noise);
-        TEST_ASSERT_EQUAL_UINT(cases[i].present, present_terms());
-        for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
-            const davar_coefficient_t *const found = &result.coefficient[k];
-            const double truth = in_its_unit(k, cases[i].mix[k], 1.0);
-            if (found->present) {
-                const double error =
-                    (k == DAVAR_ANGLE_RANDOM_WALK) ? cases[i].white_error : cases[i].error;
-                TEST_ASSERT_DOUBLE_WITHIN(error * truth, truth, found->value);
-                TEST_ASSERT_TRUE((found->low < truth) && (truth < found->high));
-            } else {
-                TEST_ASSERT_EQUAL(cases[i].noise == DAVAR_NOISE_CONSTANT, isinf(found->high) != 0);
-            }
-        }
-        for (uint8_t t = 0U; t < result.tau_count; t++) {
-            const bool is_constant = (cases[i].noise == DAVAR_NOISE_CONSTANT);
-            TEST_ASSERT_TRUE((result.tau[t].low < result.tau[t].adev) || is_constant);
-            TEST_ASSERT_TRUE(result.tau[t].high > result.tau[t].adev);
-        }
-    }
-}
-
-/* The variance of rounding to counts of 1 is 1 / 12. */
-static void test_rounding_is_subtracted(void)
-{
-    const double white[] = {0, 10.0, 0, 0, 0};
-    set_octaves(600, 7);
-    set_model(white);
-    result.unit_per_count = 1.0;
+    set_curve(SHORT, LONG, mixed_curve);
     davar_fit(&plan, 1.0, &result);
-    assert_holds(60.0 * sqrt(10.0 - (1.0 / 12.0)), term(DAVAR_ANGLE_RANDOM_WALK));
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_MIXED, result.noise);
+    assert_white_of_window();
+    assert_holds(3600.0 * sqrt(mixed_curve[2] / 0.441271200305303), term(DAVAR_BIAS_INSTABILITY));
+    assert_holds(216000.0 * sqrt(3.0 * mixed_curve[3]), term(DAVAR_RATE_RANDOM_WALK));
+    for (uint8_t t = 0U; t < result.tau_count; t++) {
+        TEST_ASSERT_TRUE(result.tau[t].low < result.tau[t].adev);
+        TEST_ASSERT_TRUE(result.tau[t].high > result.tau[t].adev);
+        TEST_ASSERT_TRUE((t < SHORT) || ((result.tau[t].edf > 30.0) && (result.tau[t].edf < 80.0)));
+    }
 }
 
 static void test_white_noise_stays_that_of_the_window(void)
@@ -439,6 +732,47 @@ static void test_sizes_without_differences_are_left_out(void)
     TEST_ASSERT_TRUE(isfinite(result.tau[SHORT + 4U].low));
 }
 
+static void test_a_cascade_alone_gives_all_terms(void)
+{
+    set_curve(0U, LONG, mixed_curve);
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_MIXED, result.noise);
+    assert_holds(60.0, term(DAVAR_ANGLE_RANDOM_WALK));
+    assert_holds(3600.0 * sqrt(mixed_curve[2] / 0.441271200305303), term(DAVAR_BIAS_INSTABILITY));
+    set_curve(0U, LONG, white_curve);
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_WHITE, result.noise);
+    set_curve(0U, 1U, white_curve);
+    davar_plan_init(&plan, &result.tau[0].m, 1U); /* no filter is declared */
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->present);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 60.0, term(DAVAR_ANGLE_RANDOM_WALK)->value);
+}
+
+static void test_a_cascade_alone_without_white_noise(void)
+{
+    const double walk[] = {0, 0, 0, 1e-3, 0};
+    set_curve(0U, LONG, walk);
+    davar_fit(&plan, 1.0, &result);
+    assert_holds(216000.0 * sqrt(3.0 * walk[3]), term(DAVAR_RATE_RANDOM_WALK));
+    TEST_ASSERT_FALSE(term(DAVAR_ANGLE_RANDOM_WALK)->present);
+    TEST_ASSERT_TRUE(isfinite(term(DAVAR_ANGLE_RANDOM_WALK)->high));
+}
+
+static void test_a_cascade_alone_that_is_constant(void)
+{
+    const double nothing[] = {0, 0, 0, 0, 0};
+    set_curve(0U, LONG, nothing);
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_CONSTANT, result.noise);
+    TEST_ASSERT_EQUAL_UINT(0U, present_terms());
+    TEST_ASSERT_TRUE(isinf(result.tau[3].high));
+    set_curve(0U, LONG, white_curve);
+    result.tau[0].adev = 0.0; /* one size of 0 is no constant */
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_TRUE(result.noise != DAVAR_NOISE_CONSTANT);
+}
+
 /* A filter passes no quantization noise. */
 static void test_a_cascade_alone_that_contradicts_the_filter(void)
 {
@@ -472,6 +806,17 @@ static void test_a_window_that_is_withheld(void)
     TEST_ASSERT_TRUE(isinf(result.tau[SHORT].high));
 }
 
+static void test_a_window_of_a_mix_keeps_its_short_terms(void)
+{
+    const double quantized[] = {3.0, 1.0, mixed_curve[2], 0, 0};
+    set_curve(SHORT, LONG, quantized);
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_MIXED, result.noise);
+    TEST_ASSERT_TRUE(term(DAVAR_QUANTIZATION)->present);
+    TEST_ASSERT_DOUBLE_WITHIN(0.01, 1.0, term(DAVAR_QUANTIZATION)->value);
+    TEST_ASSERT_TRUE(term(DAVAR_BIAS_INSTABILITY)->present);
+}
+
 static void test_few_sizes_of_a_cascade_leave_the_terms_to_the_window(void)
 {
     davar_result_t window;
@@ -488,25 +833,59 @@ static void test_few_sizes_of_a_cascade_leave_the_terms_to_the_window(void)
     TEST_ASSERT_TRUE(isfinite(result.tau[SHORT].low));
 }
 
+static void test_degrees_of_freedom_for_any_noise(void)
+{
+    set_curve(SHORT, LONG, white_curve);
+    const davar_adev_t *const tau = &result.tau[SHORT + 1U];
+    double least = INFINITY;
+    for (int k = DAVAR_QUANTIZATION; k <= DAVAR_RATE_RANDOM_WALK; k++) {
+        least =
+            fmin(least, davar_hop_edf((davar_coefficient_kind_t)k, tau->differences, tau->hops));
+    }
+    TEST_ASSERT_EQUAL_DOUBLE(least, davar_edf_least(&result, SHORT + 1U));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_every_mix_comes_back_in_its_unit);
+    RUN_TEST(test_white_noise_limits_the_other_terms);
+    RUN_TEST(test_edf_follows_the_dominant_noise);
+    RUN_TEST(test_rounding_is_subtracted);
+    RUN_TEST(test_insignificant_noise_near_half_a_count_has_no_lower_limit);
+    RUN_TEST(test_noise_below_half_a_count_is_coarse);
+    RUN_TEST(test_a_walk_of_counts_keeps_its_coefficient_with_hidden_noise);
+    RUN_TEST(test_a_misfit_widens_the_interval);
     RUN_TEST(test_a_tone_hides_the_arw_or_leaves_it);
     RUN_TEST(test_one_tau_gives_only_arw);
+    RUN_TEST(test_nearly_equal_taus_do_not_separate_terms);
+    RUN_TEST(test_a_constant_input_bounds_nothing);
     RUN_TEST(test_taus_without_differences_are_skipped);
+    RUN_TEST(test_a_negligible_deviation_is_absent);
     RUN_TEST(test_white_noise_of_any_size_is_found);
+    RUN_TEST(test_inseparable_terms_have_limits_in_order);
+    RUN_TEST(test_the_fit_of_white_noise_alone);
+    RUN_TEST(test_general_fit_agrees_with_the_short_cut);
+    RUN_TEST(test_a_superfluous_term_is_removed);
+    RUN_TEST(test_insignificant_white_noise_is_removed);
+    RUN_TEST(test_an_uncertain_term_that_the_others_cannot_replace_stays);
     RUN_TEST(test_in_an_exact_mix_absent_terms_are_zero);
+    RUN_TEST(test_degrees_of_freedom_of_one_term);
+    RUN_TEST(test_a_used_plan_gives_what_a_fresh_one_gives);
     RUN_TEST(test_the_longest_window_has_the_degrees_of_freedom_of_white_noise);
     RUN_TEST(test_tails_reduce_the_degrees_of_freedom);
     RUN_TEST(test_standard_errors_match_the_full_covariance);
-    RUN_TEST(test_window_and_cascade_share_the_terms);
-    RUN_TEST(test_rounding_is_subtracted);
+    RUN_TEST(test_slow_terms_come_from_the_cascade);
     RUN_TEST(test_white_noise_stays_that_of_the_window);
     RUN_TEST(test_a_cascade_that_no_mix_explains);
     RUN_TEST(test_sizes_without_differences_are_left_out);
+    RUN_TEST(test_a_cascade_alone_gives_all_terms);
+    RUN_TEST(test_a_cascade_alone_without_white_noise);
+    RUN_TEST(test_a_cascade_alone_that_is_constant);
     RUN_TEST(test_a_cascade_alone_that_contradicts_the_filter);
     RUN_TEST(test_a_window_that_is_withheld);
+    RUN_TEST(test_a_window_of_a_mix_keeps_its_short_terms);
     RUN_TEST(test_few_sizes_of_a_cascade_leave_the_terms_to_the_window);
+    RUN_TEST(test_degrees_of_freedom_for_any_noise);
     return UNITY_END();
 }

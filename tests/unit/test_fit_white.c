@@ -368,6 +368,36 @@ static void test_white_noise_or_not_is_decided_as_in_doubles(void)
                      (other > (TRIALS / 10U))); /* both cases occurred */
 }
 
+/* One Allan variance that no mix of terms gives, ten standard errors off or less: the limit of
+ * (5.9) is where the formula puts it. */
+static void test_the_misfit_is_where_the_formula_puts_it(void)
+{
+    static const uint32_t m[] = {1U, 2U, 4U, 8U, 16U, 32U, 64U};
+    unsigned kept = 0U;
+    for (int step = 0; step < 60; step++) {
+        expected_t e = {0};
+        davar_white_t white = {.suspects = 0U};
+        memset(&result, 0, sizeof result);
+        set_taus(600U, m, 7U);
+        for (int t = 0; t < 7; t++) {
+            const double sign = (t % 2 == 0) ? 1.0 : -1.0; /* alternating: like no term */
+            result.tau[t].adev =
+                sqrt((1.0 + (sign * 0.1 * step * sqrt(2.0 * (double)m[t] / 900.0))) / (double)m[t]);
+            result.tau[t].adev = (result.tau[t].adev > 0.0) ? result.tau[t].adev : 0.01;
+        }
+        expect(&e);
+        davar_fit(&plan, 1.0, &result);
+        const bool suffices = davar_white_suffices(&plan, 1.0, &result, &white);
+        const bool found = suffices && (result.noise == DAVAR_NOISE_WHITE);
+        TEST_ASSERT_EQUAL_INT(suffices, found || (result.noise == DAVAR_NOISE_FILTERED));
+        if ((e.near_threshold > 0.01) && (fabs(e.misfit_over_limit - 1.0) > 0.01)) {
+            TEST_ASSERT_EQUAL_INT(e.explains, found);
+        }
+        kept += e.explains ? 1U : 0U;
+    }
+    TEST_ASSERT_TRUE((kept > 5U) && (kept < 55U));
+}
+
 /* A precomputed plan gives the same bits, and nothing if the window supports fewer sizes than it
  * has. */
 static void test_a_precomputed_plan_gives_the_same_result_or_none(void)
@@ -398,10 +428,28 @@ static void test_a_precomputed_plan_gives_the_same_result_or_none(void)
                      (other > (TRIALS / 10U))); /* both cases occurred */
 }
 
+static void test_a_window_without_a_difference_gives_no_values(void)
+{
+    static const uint32_t m[] = {1U, 2U, 4U};
+    set_taus(8U, m, 3U);
+    result.tau[0].differences = 0U;
+    (void)davar_fit_white(&plan, 1.0, &result);
+    TEST_ASSERT_EQUAL_INT(DAVAR_NOISE_UNKNOWN, result.noise);
+    TEST_ASSERT_FALSE(result.coefficient[WHITE].present);
+    result.tau_count = 0U;
+    (void)davar_fit_white(&plan, 1.0, &result);
+    TEST_ASSERT_TRUE(isinf(result.coefficient[WHITE].high));
+    (void)davar_fit_white_ready(&plan, 1.0, &result);
+    TEST_ASSERT_EQUAL_INT(DAVAR_NOISE_UNKNOWN, result.noise);
+    TEST_ASSERT_TRUE(isinf(result.coefficient[WHITE].high));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_white_noise_or_not_is_decided_as_in_doubles);
+    RUN_TEST(test_the_misfit_is_where_the_formula_puts_it);
     RUN_TEST(test_a_precomputed_plan_gives_the_same_result_or_none);
+    RUN_TEST(test_a_window_without_a_difference_gives_no_values);
     return UNITY_END();
 }

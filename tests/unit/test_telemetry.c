@@ -31,6 +31,24 @@ static void begin(const davar_dialect_t *dialect)
     davar_telemetry_begin(&telemetry, &result, 5000000U);
 }
 
+static uint32_t count_packets(const davar_dialect_t *dialect)
+{
+    uint32_t count = 0U;
+    begin(dialect);
+    while (davar_telemetry_next(&telemetry, &packet)) {
+        count++;
+    }
+    return count;
+}
+
+static void test_each_dialect_has_its_number_of_packets(void)
+{
+    TEST_ASSERT_EQUAL(3, count_packets(&davar_mavlink));
+    TEST_ASSERT_EQUAL(1, count_packets(&davar_mavlink_gyro_noise));
+    TEST_ASSERT_EQUAL(6, count_packets(&davar_dronecan));
+    TEST_ASSERT_EQUAL(1, count_packets(&davar_cyphal));
+}
+
 static bool is_accepted(const davar_dialect_t *dialect, davar_telemetry_address_t from)
 {
     const davar_telemetry_t before = telemetry;
@@ -59,6 +77,71 @@ static void test_an_address_outside_a_dialect_is_refused(void)
         TEST_ASSERT_EQUAL(dialects[i] != &davar_cyphal,
                           is_accepted(dialects[i], (davar_telemetry_address_t){0U, 1U, 1U, 8192U}));
     }
+}
+
+/* Checksum of the header and payload by the definition of CRC-16/MCRF4XX, bit by bit. */
+static uint16_t crc_of(const uint8_t *bytes, size_t count, uint8_t extra)
+{
+    uint32_t crc = 0xFFFFU;
+    for (size_t i = 0; i <= count; i++) {
+        crc ^= (i < count) ? bytes[i] : extra;
+        for (int bit = 0; bit < 8; bit++) {
+            crc = ((crc & 1U) != 0U) ? (crc >> 1U) ^ 0x8408U : crc >> 1U;
+        }
+    }
+    return (uint16_t)crc;
+}
+
+static void test_a_mavlink_packet_byte_by_byte(void)
+{
+    static const uint8_t wanted[] = {0xFD, 13, 0, 0, 0,    7,    42,  251, 0,   0,   0x88, 0x13,
+                                     0,    0,  0, 0, 0x80, 0x3F, 'A', 'R', 'W', '_', 'Y'};
+    const uint16_t crc = crc_of(wanted + 1, sizeof wanted - 1U, 170U);
+    begin(&davar_mavlink);
+    TEST_ASSERT_TRUE(davar_telemetry_next(&telemetry, &packet));
+    TEST_ASSERT_EQUAL(sizeof wanted + 2U, packet.length);
+    TEST_ASSERT_EQUAL_MEMORY(wanted, packet.data, sizeof wanted);
+    TEST_ASSERT_EQUAL(crc & 0xFFU, packet.data[sizeof wanted]);
+    TEST_ASSERT_EQUAL(crc >> 8U, packet.data[sizeof wanted + 1U]);
+}
+
+static void test_a_payload_loses_its_trailing_zeros_but_not_its_first_byte(void)
+{
+    for (size_t k = 0; k < DAVAR_COEFFICIENT_COUNT; k++) {
+        result.coefficient[k] = (davar_coefficient_t){0};
+    }
+    result.kurtosis = 0.0;
+    result.epoch = 0U;
+    result.window_samples = 0U;
+    const davar_telemetry_address_t first = {.channel = 0U, .node = 1U, .system = 1U};
+    TEST_ASSERT_TRUE(davar_telemetry_init(&telemetry, &davar_mavlink_gyro_noise, &first, 0.0));
+    davar_telemetry_begin(&telemetry, &result, 0U);
+    TEST_ASSERT_TRUE(davar_telemetry_next(&telemetry, &packet));
+    TEST_ASSERT_EQUAL(1, packet.data[1]);
+    TEST_ASSERT_EQUAL(10 + 1 + 2, packet.length);
+}
+
+static void test_a_dronecan_frame_byte_by_byte(void)
+{
+    static const uint8_t wanted[] = {0, 0, 0x80, 0x3F, 'A', 'R', 'Y', 0xC0};
+    begin(&davar_dronecan);
+    TEST_ASSERT_TRUE(davar_telemetry_next(&telemetry, &packet));
+    TEST_ASSERT_EQUAL_HEX32(0x183FF22AU, packet.identifier); /* priority 24, 16370, 42 */
+    TEST_ASSERT_EQUAL(8, packet.length);
+    TEST_ASSERT_EQUAL_MEMORY(wanted, packet.data, 8U);
+}
+
+static void test_a_cyphal_frame_fills_64_bytes(void)
+{
+    static const uint8_t start[] = {0x90, 0x78, 0x56, 0x34, 0x58, 0x02, 0, 0, 0, 0, 0x80, 0x3F};
+    begin(&davar_cyphal);
+    TEST_ASSERT_TRUE(davar_telemetry_next(&telemetry, &packet));
+    TEST_ASSERT_EQUAL_HEX32(0x146E742AU, packet.identifier); /* priority 5, subject 3700, 42 */
+    TEST_ASSERT_EQUAL(64, packet.length);
+    TEST_ASSERT_EQUAL_MEMORY(start, packet.data, sizeof start);
+    TEST_ASSERT_EQUAL(1, packet.data[60]); /* channel */
+    TEST_ASSERT_EQUAL_HEX8(0U, packet.data[62]);
+    TEST_ASSERT_EQUAL_HEX8(0xE0U, packet.data[63]);
 }
 
 /* A sender of three axes: the receiver must find one sequence without a hole. */
@@ -124,6 +207,31 @@ static void test_a_heartbeat_comes_once_a_second(void)
     TEST_ASSERT_EQUAL(100, count);
 }
 
+static void check_heartbeat(const davar_dialect_t *dialect, uint32_t identifier,
+                            const uint8_t *wanted, uint8_t length)
+{
+    TEST_ASSERT_TRUE(davar_telemetry_init(&telemetry, dialect, &home, 100.0));
+    TEST_ASSERT_NOT_NULL(heartbeat_at(0U));
+    TEST_ASSERT_NOT_NULL(heartbeat_at(UINT64_C(0x04030201) * 1000000U));
+    TEST_ASSERT_EQUAL_HEX32(identifier, packet.identifier);
+    TEST_ASSERT_EQUAL(length, packet.length);
+    TEST_ASSERT_EQUAL_MEMORY(wanted, packet.data, length);
+}
+
+static void test_the_heartbeat_of_each_dialect_byte_by_byte(void)
+{
+    uint8_t mavlink[21] = {0xFD, 9, 0, 0, 1, 7, 42, 0, 0, 0, 0, 0, 0, 0, 18, 8, 0, 4, 3};
+    const uint16_t crc = crc_of(mavlink + 1, 18U, 50U);
+    mavlink[19] = (uint8_t)(crc & 0xFFU);
+    mavlink[20] = (uint8_t)(crc >> 8U);
+    check_heartbeat(&davar_mavlink, 0U, mavlink, sizeof mavlink);
+    check_heartbeat(&davar_mavlink_gyro_noise, 0U, mavlink, sizeof mavlink);
+    static const uint8_t status[] = {1, 2, 3, 4, 0, 0, 0, 0xC1};
+    check_heartbeat(&davar_dronecan, 0x1801552AU, status, sizeof status); /* 24, 341, 42 */
+    static const uint8_t beat[] = {1, 2, 3, 4, 0, 0, 0, 0xE1};
+    check_heartbeat(&davar_cyphal, 0x147D552AU, beat, sizeof beat); /* 5, 7509, 42 */
+}
+
 /* MAVLink counts all packets of a sender, DroneCAN and Cyphal those of each type. */
 static void test_heartbeats_count_in_the_sequence_of_mavlink_only(void)
 {
@@ -138,6 +246,17 @@ static void test_heartbeats_count_in_the_sequence_of_mavlink_only(void)
     }
     TEST_ASSERT_TRUE(davar_telemetry_next(&telemetry, &packet));
     TEST_ASSERT_EQUAL_HEX8(0xC0U, packet.data[7]);
+}
+
+static void test_each_flag_is_one_bit_of_state(void)
+{
+    result.noise = DAVAR_NOISE_FILTERED;
+    for (uint32_t flags = 0U; flags < 8U; flags++) {
+        result.unstable = (flags & 1U) != 0U;
+        result.young = (flags & 2U) != 0U;
+        result.alarm = (flags & 4U) != 0U;
+        TEST_ASSERT_EQUAL(5U + (8U * flags), davar_quantity_state(&result));
+    }
 }
 
 static void check_arw(double value, uint32_t value_bits, uint32_t high_bits)
@@ -218,15 +337,31 @@ static void test_a_variance_is_the_nearest_float16_and_never_rounds_to_no_noise(
     }
 }
 
+static void test_the_axes_have_names(void)
+{
+    static const char letters[] = "XYZ3456789";
+    for (uint8_t channel = 0U; channel <= DAVAR_TELEMETRY_CHANNEL_LAST; channel++) {
+        TEST_ASSERT_EQUAL(letters[channel], davar_axis_letter(channel));
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(test_each_dialect_has_its_number_of_packets);
     RUN_TEST(test_an_address_outside_a_dialect_is_refused);
+    RUN_TEST(test_a_mavlink_packet_byte_by_byte);
+    RUN_TEST(test_a_payload_loses_its_trailing_zeros_but_not_its_first_byte);
+    RUN_TEST(test_a_dronecan_frame_byte_by_byte);
+    RUN_TEST(test_a_cyphal_frame_fills_64_bytes);
     RUN_TEST(test_the_channels_of_a_sender_share_its_sequence);
     RUN_TEST(test_a_heartbeat_comes_once_a_second);
+    RUN_TEST(test_the_heartbeat_of_each_dialect_byte_by_byte);
     RUN_TEST(test_heartbeats_count_in_the_sequence_of_mavlink_only);
+    RUN_TEST(test_each_flag_is_one_bit_of_state);
     RUN_TEST(test_what_is_no_magnitude_is_absent_and_no_upper_limit_is_infinite);
     RUN_TEST(test_a_variance_is_the_density_of_the_noise_times_the_rate);
     RUN_TEST(test_a_variance_is_the_nearest_float16_and_never_rounds_to_no_noise);
+    RUN_TEST(test_the_axes_have_names);
     return UNITY_END();
 }

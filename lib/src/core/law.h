@@ -24,32 +24,30 @@ typedef struct {
     uint64_t word[10]; /* the law's own layout */
 } davar_law_words_t;
 
-/* A window law. Every function except judge may be null.
- * `state` is the law's part of the caller's memory, 8-byte aligned; null if bytes is null or
- * returns 0. read and report run in the consumer's context, all other functions in the producer's
- * (push, gap, flush) or with both sides stopped. */
+/* A window law. Every function except bytes, start and judge may be null.
+ * `state` is the law's part of the caller's memory, 8-byte aligned. read and report run in the
+ * consumer's context, all other functions in the producer's (push, gap, flush) or with both sides
+ * stopped. */
 struct davar_law {
     uint8_t id; /* in saved states and jobs; 0 is the fixed window, 1 to 4: davar/content.h */
     bool wants_moments; /* judge needs the moments: moments.segment must not be 0 */
     /* The engine for a stride above 1, where the configuration names none. Null: sums follow both
      * edges. */
     const davar_engine_t *engine;
-    /* Checks the settings of the law. Returns DAVAR_OK, or the error that init returns. */
-    davar_status_t (*check)(const davar_config_t *config, const struct davar_number *number);
-    /* Returns the samples between two places where windows can begin: multiples of it, from
-     * position 0 on. Null: anywhere. */
-    uint32_t (*block)(const davar_config_t *config);
-    /* Returns the size of `state` in bytes. */
-    size_t (*bytes)(const davar_config_t *config);
-    /* Prepares `state` and everything that points into it. */
-    void (*start)(struct davar *davar, void *state, davar_law_start_t why);
-    /* On a grid, at an epoch that is due: sets window.next_length of its window. Null: the length
-     * that judge chose. */
-    void (*place)(struct davar *davar, void *state);
     /* Runs after an epoch: returns the flag `unstable` and sets window.next_length. `whole` is the
      * kurtosis of the window; null unless wants_moments is set and the window has at least
      * window.shortest samples. */
     bool (*judge)(struct davar *davar, void *state, const struct davar_rough *whole);
+    /* On a grid, at an epoch that is due: sets window.next_length of its window. Null: the length
+     * that judge chose. */
+    void (*place)(struct davar *davar, void *state);
+    /* Returns the size of `state` in bytes. */
+    size_t (*bytes)(const davar_config_t *config);
+    /* Prepares `state` and everything that points into it. */
+    void (*start)(struct davar *davar, void *state, davar_law_start_t why);
+    /* Returns the samples between two places where windows can begin: multiples of it, from
+     * position 0 on. Null: anywhere. */
+    uint32_t (*block)(const davar_config_t *config);
     /* For davar_take: copies from `state` under the sequence lock. It is repeated if a push
      * interrupts it. */
     void (*read)(const void *state, davar_result_t *result, davar_law_words_t *words);
@@ -64,6 +62,8 @@ struct davar_law {
     void (*gap)(struct davar *davar, void *state);
     /* For a law with a queue: handles davar_flush. Returns true if another result is complete. */
     bool (*flush)(struct davar *davar, void *state);
+    /* Checks the settings of the law. Returns DAVAR_OK, or the error that init returns. */
+    davar_status_t (*check)(const davar_config_t *config, const struct davar_number *number);
 };
 
 #endif

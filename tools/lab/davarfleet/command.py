@@ -196,7 +196,7 @@ def found_in(rows: Sequence[Row], counted: Counted, judged: Found | None, versio
     return {
         "recordings": len({row["file"] for row in rows}),
         "rows": len(good),
-        "failed": [{"file": name, "reason": why} for name, why in files_failed.items()],
+        "failed": [{"file": name, "reason": why} for name, why in sorted(files_failed.items())],
         "batches_seen": {
             batch: len(part) for batch, part in population.groups(good, "batch").items()
         },
