@@ -40,7 +40,7 @@ SHAPE = {
         3000,
         3000,
     ),
-    "lines of lib": (lines_of(c_files("lib/")), 11430, 10500),
+    "lines of lib": (lines_of(c_files("lib/")), 11431, 10500),
     "lines of addons": (lines_of(c_files("addons/")), 4960, 4600),
     "lines of davar/davar.h and its includes": (lines_of(face()), 696, 300),
     "functions that it declares": (len(public_functions(face())), 25, 25),
