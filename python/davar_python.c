@@ -205,13 +205,13 @@ bool davar_python_start(davar_python_t *run, double rate_hz, double low, double 
     if (run->plans == NULL) {
         return sim_fail(&run->error, "out of memory");
     }
-    const fields_setup_t setup = {
-        .taus = run->engine.curve.taus,
-        .tau_count = run->engine.curve.tau_count,
-        .monitored = (run->model_count > 0U),
-        .unfitted = (run->fit_every == 0U),
-        .tracked = (davar_law_id(&run->engine.config) == (uint8_t)DAVAR_LAW_ID_GLR),
-        .details = run->options.details};
+    const fields_setup_t setup = {.taus = run->engine.curve.taus,
+                                  .tau_count = run->engine.curve.tau_count,
+                                  .monitored = (run->model_count > 0U),
+                                  .unfitted = (run->fit_every == 0U),
+                                  .tracked =
+                                      (davar_law_id(&run->engine.config) == DAVAR_LAW_ID_GLR),
+                                  .details = run->options.details};
     fields_make(&run->fields, &setup);
     return true;
 }

@@ -36,7 +36,7 @@ static davar_status_t init(davar_port_number_t number, davar_t *davar, const dav
 /* A window stores no more gaps than the recording has. Law glr treats shocks as gaps too. */
 static void limit_gaps(davar_config_t *config, uint64_t gaps)
 {
-    const bool is_glr = (davar_law_id(config) == (uint8_t)DAVAR_LAW_ID_GLR);
+    const bool is_glr = (davar_law_id(config) == DAVAR_LAW_ID_GLR);
     if (!is_glr && (config->window.gaps_max > gaps)) {
         config->window.gaps_max = (uint16_t)gaps;
     }

@@ -42,7 +42,7 @@ static bool is_centred_step(uint32_t samples)
 /* The rules of centred windows, which the library does not know. */
 static bool check_centred(const davar_config_t *config, sim_error_t *error)
 {
-    if (davar_law_id(config) == (uint8_t)DAVAR_LAW_ID_GLR) {
+    if (davar_law_id(config) == DAVAR_LAW_ID_GLR) {
         return sim_fail(error, "--mode centred: not for --law glr, whose windows end at the "
                                "newest sample; give --mode trailing, or another law");
     }

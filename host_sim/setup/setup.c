@@ -110,7 +110,7 @@ bool setup_configure(const setup_t *setup, davar_config_t *config, uint32_t *tau
     config->unit_per_count = positive(setup->lsb, 1.0);
     config->law = davar_law_of_id(setup->law, true);
     config->stride = either(&setup->stride, config->stride);
-    config->engine = davar_engine_of(setup->engine == ENGINE_GRID, true);
+    config->engine = davar_grid_of(setup->engine == ENGINE_GRID, true);
     set_window(config, setup);
     set_bounds(config, setup);
     if (setup->law == DAVAR_LAW_ID_GLR) {

@@ -7,15 +7,6 @@
 
 #include "davar/content.h"
 
-/** The ids of the laws (davar/content.h). */
-typedef enum {
-    DAVAR_LAW_ID_FIXED = 0,    /**< no law: the window keeps its length */
-    DAVAR_LAW_ID_KURTOSIS = 1, /**< davar_law_kurtosis */
-    DAVAR_LAW_ID_OR = 2,       /**< davar_law_or */
-    DAVAR_LAW_ID_AND = 3,      /**< davar_law_and */
-    DAVAR_LAW_ID_GLR = 4       /**< davar_law_glr_q15 or davar_law_glr_q31 */
-} davar_law_id_t;
-
 /** Returns the law for counts of 16 bits, or for wider ones and floats (is_wide). Null for the
  * fixed window. */
 static inline const davar_law_t *davar_law_of_id(davar_law_id_t id, bool is_wide)
@@ -36,7 +27,7 @@ static inline const davar_law_t *davar_law_of_id(davar_law_id_t id, bool is_wide
 }
 
 /** Returns the grid, or null if it is not wanted. */
-static inline const davar_engine_t *davar_engine_of(bool is_wanted, bool is_wide)
+static inline const davar_engine_t *davar_grid_of(bool is_wanted, bool is_wide)
 {
     const davar_engine_t *const grid = is_wide ? &davar_engine_grid_q31 : &davar_engine_grid_q15;
     return is_wanted ? grid : NULL;
@@ -45,8 +36,8 @@ static inline const davar_engine_t *davar_engine_of(bool is_wanted, bool is_wide
 /** Sets the same law and engine for the other number type in *config. */
 static inline void davar_retype(davar_config_t *config, bool is_wide)
 {
-    config->law = davar_law_of_id((davar_law_id_t)davar_law_id(config), is_wide);
-    config->engine = davar_engine_of(config->engine != NULL, is_wide);
+    config->law = davar_law_of_id(davar_law_id(config), is_wide);
+    config->engine = davar_grid_of(config->engine != NULL, is_wide);
 }
 
 #endif

@@ -34,7 +34,7 @@ static double double_of(uint64_t bits)
 #define OF_WORD_U16(word) (uint16_t)(word)
 #define OF_WORD_I16(word) (int16_t)(word)
 #define OF_WORD_U8(word) (uint8_t)(word)
-#define OF_WORD_ENGINE(word) davar_engine_of((word) != 0U, is_wide)
+#define OF_WORD_ENGINE(word) davar_grid_of((word) != 0U, is_wide)
 
 void davar_job_encode(const davar_config_t *config, uint8_t cascade_taus,
                       davar_port_number_t number, uint32_t channels, const davar_filter_t *filter,
@@ -47,7 +47,7 @@ void davar_job_encode(const davar_config_t *config, uint8_t cascade_taus,
         MAGIC,
         (uint64_t)number,
         channels,
-        davar_law_id(config),
+        (uint64_t)davar_law_id(config),
 #define FIELD(member, kind) WORD_OF_##kind(config->member),
 #include "davar/config_fields.inc"
         is_declared,

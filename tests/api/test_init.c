@@ -250,7 +250,7 @@ static void test_the_memory_macros_of_a_grid_are_enough_for_init(void)
             continue; /* a law that cannot change the window */
         }
         for (uint32_t words = 1U; words < 3U; words++) {
-            config.engine = davar_engine_of(true, words == 2U);
+            config.engine = davar_grid_of(true, words == 2U);
             const size_t need =
                 (words == 2U) ? davar_memory_size_q31(&config) : davar_memory_size_q15(&config);
             const size_t macro = DAVAR_MEMORY_ON_GRID(words, longest, shortest, segment,

@@ -58,7 +58,7 @@ static void test_a_restored_stream_continues_bit_for_bit(void)
         config.moments.segment = cases[i].is_fixed ? 0U : 5U;
         for (uint32_t cut = 0U; cut < SAMPLES; cut += CUTS_APART) {
             for (type_t type = Q15; type <= F32; type++) {
-                config.engine = davar_engine_of(cases[i].is_grid, type != Q15);
+                config.engine = davar_grid_of(cases[i].is_grid, type != Q15);
                 save_after(type, cut);
                 restore(type);
                 for (uint32_t n = cut; n < (cut + 250U); n++) {

@@ -46,7 +46,7 @@ int main(int count, char *word[])
         }
     }
     config.taus = taus;
-    config.engine = davar_engine_of(whole(word[13]) != 0U, true);
+    config.engine = davar_grid_of(whole(word[13]) != 0U, true);
     config.glr.false_alarms_per_hour = strtod(word[14], NULL);
     config.glr.cut_interval_s = strtod(word[15], NULL);
     config.rate_hz = strtod(word[16], NULL);

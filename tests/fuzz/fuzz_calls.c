@@ -167,7 +167,7 @@ static void push_whole(davar_t *davar, const block_t *block, size_t from, size_t
  * old, and with law glr less than the samples that may wait. */
 static void check_epoch(void)
 {
-    const uint64_t late = (davar_law_id(&config) == (uint8_t)DAVAR_LAW_ID_GLR)
+    const uint64_t late = (davar_law_id(&config) == DAVAR_LAW_ID_GLR)
                               ? ((config.glr.shock_blocks + 3U) * config.glr.block)
                               : 0U;
     REQUIRE((result.epoch < pushed) && ((result.epoch + config.stride + late) >= pushed));
@@ -326,7 +326,7 @@ static void choose(bytes_t *bytes)
     config.moments.segment = between(bytes, 0U, config.window.shortest - 1U);
     config.window.shrink = between(bytes, 1U, 9U);
     config.stride = between(bytes, 1U, 40U);
-    config.engine = davar_engine_of(between(bytes, 0U, 1U) != 0U, type != Q15);
+    config.engine = davar_grid_of(between(bytes, 0U, 1U) != 0U, type != Q15);
     config.window.gaps_max = (uint16_t)between(bytes, 0U, 5U);
     config.glr.block = between(bytes, 5U, 12U);
     config.glr.shock_blocks = between(bytes, 0U, 2U);

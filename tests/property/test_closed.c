@@ -405,7 +405,7 @@ static void configure(void)
                                           .kurtosis_high = 2.2137,
                                           .contribution_high = 0.3137},
                               .stride = row->stride,
-                              .engine = davar_engine_of(row->grid, row->wide),
+                              .engine = davar_grid_of(row->grid, row->wide),
                               .taus = row->taus};
     while ((config.tau_count < 4U) && ((2U * row->taus[config.tau_count]) <= row->longest)) {
         config.tau_count++;

@@ -26,7 +26,7 @@ static void choose_config(random_t *random, trial_t *trial)
     config->window.shrink = between(random, 0U, 5U);
     config->window.grow = between(random, 0U, 3U);
     choose_rest(random, trial);
-    config->engine = davar_engine_of((random_next(random) % 2U) != 0U, trial->number != NUMBER_Q15);
+    config->engine = davar_grid_of((random_next(random) % 2U) != 0U, trial->number != NUMBER_Q15);
     /* The gaps of two windows and of the samples between them: the maximum. */
     config->window.gaps_max = (uint16_t)((2U * config->window.longest) + config->stride + 2U);
 }

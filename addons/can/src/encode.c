@@ -7,7 +7,6 @@
 
 #include <math.h>
 
-#define LAW_GLR 4U
 #define COUNTER_MASK 15U
 /* The highest raw values of an uncertainty of ARW are absent, beyond and the reasons why ARW is
  * absent (davar_noise_t); some are spare. */
@@ -296,7 +295,7 @@ static uint8_t count_fd(const davar_encoder_t *encoder)
 
 static uint8_t count_change(const davar_encoder_t *encoder)
 {
-    if (davar_law_id(encoder->config) != LAW_GLR) {
+    if (davar_law_id(encoder->config) != DAVAR_LAW_ID_GLR) {
         return 0U;
     }
     return sends(encoder, DAVAR_SEND_ADEV | DAVAR_SEND_FD) ? (uint8_t)DAVAR_CHANGE_COUNT : 1U;

@@ -31,7 +31,7 @@ DAVAR_RARE static uint32_t fingerprint(const davar_layout_t *layout)
                               (uint32_t)sizeof(davar_content_t),
                               layout->sum_bits,
                               layout->is_float ? 1U : 0U,
-                              davar_law_id(config)};
+                              (uint32_t)davar_law_id(config)};
     uint32_t check = 0U;
     for (size_t i = 0U; i < (sizeof build / sizeof build[0]); i++) {
         check = davar_image_check_u32(check, build[i]);

@@ -38,9 +38,17 @@ typedef struct {
     uint32_t alarms_seen;
 } davar_content_t;
 
-/** Returns the id of the configured law: 0 for the fixed window, 1 to 3 for kurtosis, or and and, 4
- * for glr. It never changes. Cost: O(1). */
-uint8_t davar_law_id(const davar_config_t *config);
+/** The ids of the laws, which never change. */
+typedef enum {
+    DAVAR_LAW_ID_FIXED = 0,    /**< no law: the window keeps its length */
+    DAVAR_LAW_ID_KURTOSIS = 1, /**< davar_law_kurtosis */
+    DAVAR_LAW_ID_OR = 2,       /**< davar_law_or */
+    DAVAR_LAW_ID_AND = 3,      /**< davar_law_and */
+    DAVAR_LAW_ID_GLR = 4       /**< davar_law_glr_q15 or davar_law_glr_q31 */
+} davar_law_id_t;
+
+/** Returns the id of the configured law. Cost: O(1). */
+davar_law_id_t davar_law_id(const davar_config_t *config);
 
 /** States where the memory of an initialised instance is and how it is laid out. Cost: O(1). */
 void davar_content_layout(const davar_t *davar, davar_layout_t *layout);

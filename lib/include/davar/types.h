@@ -46,8 +46,7 @@ typedef enum {
     DAVAR_ERR_STRIDE = 18,       /**< stride 0 or above 2^24 */
     /** stride above window.longest: samples between two windows would never count */
     DAVAR_ERR_STRIDE_LONG = 19,
-    DAVAR_ERR_ENGINE =
-        20, /**< engine of another number type, or none for law glr and a stride above 1 */
+    DAVAR_ERR_ENGINE = 20, /**< engine of another number type */
     /** law glr: a setting of glr out of range (davar_config_t.glr), or window.longest below 8 or
      * above 768 blocks, or no window of whole blocks between shortest and longest */
     DAVAR_ERR_TRACKING = 21,

@@ -7,9 +7,9 @@
 
 #include <string.h>
 
-uint8_t davar_law_id(const davar_config_t *config)
+davar_law_id_t davar_law_id(const davar_config_t *config)
 {
-    return (config->law == NULL) ? (uint8_t)0U : config->law->id;
+    return (config->law == NULL) ? DAVAR_LAW_ID_FIXED : (davar_law_id_t)config->law->id;
 }
 
 DAVAR_RARE void davar_content_layout(const davar_t *davar, davar_layout_t *layout)

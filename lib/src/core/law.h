@@ -29,7 +29,7 @@ typedef struct {
  * consumer's context, all other functions in the producer's (push, gap, flush) or with both sides
  * stopped. */
 struct davar_law {
-    uint8_t id; /* in saved states and jobs; 0 is the fixed window, 1 to 4: davar/content.h */
+    uint8_t id;         /* davar_law_id_t */
     bool wants_moments; /* judge needs the moments: moments.segment must not be 0 */
     /* The engine for a stride above 1, where the configuration names none. Null: sums follow both
      * edges. */

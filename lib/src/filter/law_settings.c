@@ -3,10 +3,6 @@
 #include "davar/filter.h"
 #include "filter/spectrum.h"
 
-/* Laws with one criterion, and with two that must agree. */
-#define LAW_KURTOSIS 1U
-#define LAW_AND 3U
-
 #define WHITENING_ONE 16384.0
 #define NORMAL_95 1.96
 
@@ -169,8 +165,8 @@ static double normal_quantile(double tail)
 DAVAR_RARE void davar_bound_unstable_rate(davar_config_t *config, double rate,
                                           const davar_filter_t *filter)
 {
-    const uint8_t law = davar_law_id(config);
-    const bool by_either = (law != LAW_KURTOSIS) && (law != LAW_AND);
+    const davar_law_id_t law = davar_law_id(config);
+    const bool by_either = (law != DAVAR_LAW_ID_KURTOSIS) && (law != DAVAR_LAW_ID_AND);
     const double length = (double)config->window.shortest;
     const double segment = (double)config->moments.segment;
     DAVAR_ASSERT((rate >= 1e-4) && (rate <= 0.1));

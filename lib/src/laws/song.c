@@ -2,6 +2,8 @@
  * contribution leave their bounds. */
 #include "laws/song.h"
 
+#include "davar/content.h"
+
 #include "core/instance.h"
 #include "core/window.h"
 #include "number/real.h"
@@ -115,6 +117,6 @@ static bool judge_and(davar_t *davar, void *state, const davar_rough_t *whole)
         .judge = (function)                                                                        \
     }
 
-const davar_law_t davar_law_kurtosis = SONG_LAW(1U, judge_kurtosis);
-const davar_law_t davar_law_or = SONG_LAW(2U, judge_or);
-const davar_law_t davar_law_and = SONG_LAW(3U, judge_and);
+const davar_law_t davar_law_kurtosis = SONG_LAW(DAVAR_LAW_ID_KURTOSIS, judge_kurtosis);
+const davar_law_t davar_law_or = SONG_LAW(DAVAR_LAW_ID_OR, judge_or);
+const davar_law_t davar_law_and = SONG_LAW(DAVAR_LAW_ID_AND, judge_and);

@@ -87,7 +87,7 @@ def write(folder: Path, contents: dict[str, str]) -> None:
 def files(plan: Plan, command: str, self_contained: bool = False) -> dict[str, str]:
     """Name -> content. command: the one that makes these files; self_contained: with davar."""
     title = f"davar - a setup for {report.subject(plan)}, written by tools/davar-plan."
-    library = programs.library() if self_contained else None
+    library = programs.single_files() if self_contained else None
     about = report.comment(plan, command, self_contained)
     return text.files(plan.design, title, about, library)
 

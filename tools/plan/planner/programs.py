@@ -44,7 +44,7 @@ def _promised(*words: str) -> dict[str, float]:
     return {name: float(value) for name, value in map(str.split, lines)}
 
 
-def library() -> dict[str, str]:
+def single_files() -> dict[str, str]:
     """davar as two files: name -> content. Raises BadOption."""
     if not AMALGAMATE.exists():
         raise BadOption("--self-contained: needs the sources of davar: run it in a checkout")
