@@ -16,8 +16,11 @@ static int output;
 
 static davar_port_send_t send_result(void *context, size_t channel, const davar_result_t *result)
 {
+    davar_glr_report_t report;
     (void)context;
-    const size_t bytes = davar_job_encode_result(channel, result, record) * sizeof record[0];
+    davar_glr_report(&instances[channel], &report);
+    const size_t bytes =
+        davar_job_encode_result(channel, result, &report, record) * sizeof record[0];
     return (board_write(output, record, bytes) == bytes) ? DAVAR_PORT_SEND_DONE
                                                          : DAVAR_PORT_SEND_FAULT;
 }

@@ -35,6 +35,7 @@ typedef struct {
     davar_plan_t plan;
     davar_node_channel_t channel;
     davar_node_t node;
+    davar_glr_report_t report; /* with the newest result */
     davar_can_health_t health;
     int32_t count;
     davar_port_samples_t samples;
@@ -176,10 +177,11 @@ static void take_health(gateway_t *gateway)
 
 static void update_alarm(gateway_t *gateway, const davar_result_t *result)
 {
+    davar_glr_report(&gateway->davar, &gateway->report);
     const bool before = gateway->alarm.high;
     const bool tracks = (gateway->settings.setup.law == DAVAR_LAW_ID_GLR);
-    const bool now =
-        alarm_step(&gateway->alarm, result->epoch, tracks ? result->alarm : result->unstable);
+    const bool now = alarm_step(&gateway->alarm, result->epoch,
+                                tracks ? gateway->report.alarm : result->unstable);
     if (now && !before) {
         count(gateway, DAVAR_HEALTH_ALARMS, 1U);
     }
@@ -203,10 +205,10 @@ static davar_port_send_t send_result(void *context, size_t channel, const davar_
     update_alarm(gateway, result);
     take_health(gateway);
     if (gateway->settings.dialect != NULL) {
-        davar_telemetry_begin(&gateway->telemetry, result, now_us());
+        davar_telemetry_begin(&gateway->telemetry, result, &gateway->report, now_us());
         outbox_put_telemetry(&gateway->outbox, &gateway->telemetry);
     } else {
-        davar_encoder_begin(&gateway->encoder, result, &gateway->health);
+        davar_encoder_begin(&gateway->encoder, result, &gateway->report, &gateway->health);
         outbox_put_all(&gateway->outbox, &gateway->encoder);
     }
     outbox_flush(&gateway->outbox);

@@ -86,6 +86,8 @@ static bool replay(run_t *run, sim_error_t *error)
                                   .timing = &run->timing,
                                   .quantisation = &run->quantisation,
                                   .number = run->engine.number,
+                                  .instances =
+                                      run->settings.is_centred ? NULL : run->engine.instances,
                                   .output = &run->output,
                                   .progress = &run->progress,
                                   .times_real_time = run->options->pace};

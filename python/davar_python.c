@@ -30,6 +30,7 @@ struct davar_python {
     engine_t engine;
     fields_t fields;
     davar_result_t result;
+    davar_glr_report_t report;
     davar_model_tau_t model[MODEL_MAX];
     davar_monitor_t monitor;
     davar_misfit_t misfit;
@@ -354,8 +355,10 @@ static void write_row(davar_python_t *run, bool fitted, const rows_t *rows, size
     if (monitored) {
         davar_monitor_update(&run->monitor, &run->result, &run->misfit);
     }
-    const epoch_row_t epoch = {
-        .result = &run->result, .misfit = monitored ? &run->misfit : NULL, .time_s = (double)NAN};
+    const epoch_row_t epoch = {.result = &run->result,
+                               .report = &run->report,
+                               .misfit = monitored ? &run->misfit : NULL,
+                               .time_s = (double)NAN};
     const fields_t *const fields = &run->fields;
     write_cells(run, &epoch, fitted, rows, row, 0U, fields->first_adev);
     write_cells(run, &epoch, fitted, rows, row, fields->first_adev + run->engine.curve.tau_count,
@@ -373,8 +376,14 @@ static void write_deviations(const davar_python_t *run, const rows_t *rows, size
 
 static bool take(davar_python_t *run)
 {
-    return (run->engine.centred != NULL) ? centred_take(run->engine.centred[0], &run->result)
-                                         : davar_take(run->engine.instances, &run->result);
+    if (run->engine.centred != NULL) {
+        return centred_take(run->engine.centred[0], &run->result);
+    }
+    if (!davar_take(run->engine.instances, &run->result)) {
+        return false;
+    }
+    davar_glr_report(run->engine.instances, &run->report);
+    return true;
 }
 
 static bool flush(davar_python_t *run)

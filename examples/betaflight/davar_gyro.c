@@ -16,6 +16,7 @@
 #include "common/maths.h"
 #include "sensors/gyro.h"
 
+#include "davar/glr.h"
 #include "davar_filtered.h"
 #include "davar_setup.h"
 
@@ -88,12 +89,14 @@ davar_gyro_noise_t davar_gyro_noise(const davar_result_t *result, float scale)
 static void take(void)
 {
     static uint8_t axis;
+    davar_glr_report_t changes;
     const davar_result_t *result = davar_setup_take(axis);
     if (result != NULL) {
         /* The plan states a size of the count; the firmware knows the range that is set. */
         const float scale = gyro.scale / (float)result->unit_per_count;
         report.sensor[axis] = davar_gyro_noise(result, scale);
-        report.alarms += result->alarm;
+        davar_glr_report(davar_setup_instance(axis), &changes);
+        report.alarms += changes.alarm;
         report.results += (axis == 0U);
     }
     davar_filtered_take(axis, &report.filtered[axis]);

@@ -10,6 +10,7 @@
 
 #include <davar/davar.h>
 #include <davar/fit.h>
+#include <davar/glr.h>
 
 #include <math.h>
 #include <stdint.h>

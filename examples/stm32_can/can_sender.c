@@ -35,7 +35,7 @@ void can_sender_result(const davar_result_t *newest, const davar_health_t *healt
     davar_can_health(&counters, health);
     counters.count[DAVAR_HEALTH_BUS_OFF] = bus_off;
     result = *newest;
-    davar_encoder_begin(&encoder, &result, &counters);
+    davar_encoder_begin(&encoder, &result, NULL, &counters);
     holds = davar_encoder_next(&encoder, &frame);
 }
 

@@ -425,8 +425,6 @@ bool centred_take(centred_t *centred, davar_result_t *result)
                                .window_samples = window_length(centred),
                                .mirrored_samples = mirrored_samples(centred),
                                .gaps_in_window = gaps_inside(centred),
-                               .change = {0U, absent, absent, absent},
-                               .steady = {0U, absent, absent, absent},
                                .unstable = centred->is_unstable,
                                .kurtosis = absent,
                                .contribution = absent,

@@ -62,13 +62,13 @@ static cell_t show_unstable(const epoch_row_t *row, uint32_t index)
 static cell_t show_alarm(const epoch_row_t *row, uint32_t index)
 {
     (void)index;
-    return integer_cell(row->result->alarm ? 1U : 0U);
+    return integer_cell(row->report->alarm ? 1U : 0U);
 }
 
 static cell_t show_cut_age(const epoch_row_t *row, uint32_t index)
 {
     (void)index;
-    return integer_cell(row->result->cut_age_samples);
+    return integer_cell(row->report->cut_age_samples);
 }
 
 static cell_t show_dispersion(const epoch_row_t *row, uint32_t index)
@@ -80,56 +80,56 @@ static cell_t show_dispersion(const epoch_row_t *row, uint32_t index)
 static cell_t show_young(const epoch_row_t *row, uint32_t index)
 {
     (void)index;
-    return integer_cell(row->result->young ? 1U : 0U);
+    return integer_cell(row->report->young ? 1U : 0U);
 }
 
 static cell_t show_changed(const epoch_row_t *row, uint32_t index)
 {
     (void)index;
-    return (row->result->change.m > 0U) ? integer_cell(row->result->change.m)
+    return (row->report->change.m > 0U) ? integer_cell(row->report->change.m)
                                         : (cell_t){.kind = CELL_ABSENT};
 }
 
 static cell_t show_older(const epoch_row_t *row, uint32_t index)
 {
     (void)index;
-    return number_cell(row->result->change.older);
+    return number_cell(row->report->change.older);
 }
 
 static cell_t show_newer(const epoch_row_t *row, uint32_t index)
 {
     (void)index;
-    return number_cell(row->result->change.newer);
+    return number_cell(row->report->change.newer);
 }
 
 static cell_t show_gain(const epoch_row_t *row, uint32_t index)
 {
     (void)index;
-    return number_cell(row->result->change.gain);
+    return number_cell(row->report->change.gain);
 }
 
 static cell_t show_steady_samples(const epoch_row_t *row, uint32_t index)
 {
     (void)index;
-    return integer_cell(row->result->steady.samples);
+    return integer_cell(row->report->steady.samples);
 }
 
 static cell_t show_steady(const epoch_row_t *row, uint32_t index)
 {
     (void)index;
-    return number_cell(row->result->steady.level);
+    return number_cell(row->report->steady.level);
 }
 
 static cell_t show_steady_low(const epoch_row_t *row, uint32_t index)
 {
     (void)index;
-    return number_cell(row->result->steady.low);
+    return number_cell(row->report->steady.low);
 }
 
 static cell_t show_steady_high(const epoch_row_t *row, uint32_t index)
 {
     (void)index;
-    return number_cell(row->result->steady.high);
+    return number_cell(row->report->steady.high);
 }
 
 static cell_t show_gaps(const epoch_row_t *row, uint32_t index)

@@ -2,6 +2,7 @@
 #ifndef FIELDS_H
 #define FIELDS_H
 
+#include "davar/glr.h"
 #include "davar/monitor.h"
 
 #define FIELDS_MAX (37U + 6U * DAVAR_TAUS_MAX)
@@ -25,7 +26,8 @@ typedef struct {
 /* The data of one row. */
 typedef struct {
     const davar_result_t *result;
-    const davar_misfit_t *misfit; /* null: no model to compare with */
+    const davar_glr_report_t *report; /* null: centred windows, which have no law glr */
+    const davar_misfit_t *misfit;     /* null: no model to compare with */
     double time_s;
 } epoch_row_t;
 

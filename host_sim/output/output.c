@@ -42,8 +42,9 @@ static void note_reached(output_t *output, const davar_result_t *result)
 
 bool output_row(output_t *output, size_t channel, const epoch_row_t *plain, sim_error_t *error)
 {
-    const epoch_row_t watched = {
-        plain->result, watch_compare(&output->watch, channel, plain->result), plain->time_s};
+    const epoch_row_t watched = {plain->result, plain->report,
+                                 watch_compare(&output->watch, channel, plain->result),
+                                 plain->time_s};
     const epoch_row_t *row = &watched;
     if (stop_requested(error)) {
         return false;

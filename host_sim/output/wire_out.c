@@ -137,17 +137,17 @@ static bool send_all(wire_out_t *wire, size_t channel, sim_error_t *error)
 }
 
 /* Their time is that of the recording. */
-static bool send_telemetry(wire_out_t *wire, size_t channel, const davar_result_t *result,
+static bool send_telemetry(wire_out_t *wire, size_t channel, const epoch_row_t *row,
                            sim_error_t *error)
 {
     davar_telemetry_t *telemetry = &wire->telemetry[channel];
     davar_packet_t packet;
-    const double time_us = 1e6 * (double)result->epoch / wire->engine->config.rate_hz;
+    const double time_us = 1e6 * (double)row->result->epoch / wire->engine->config.rate_hz;
     if (davar_telemetry_heartbeat(telemetry, (uint64_t)time_us, &packet) &&
         !send_packet(wire, &packet, error)) {
         return false;
     }
-    davar_telemetry_begin(telemetry, result, (uint64_t)time_us);
+    davar_telemetry_begin(telemetry, row->result, row->report, (uint64_t)time_us);
     while (davar_telemetry_next(telemetry, &packet)) {
         if (!send_packet(wire, &packet, error)) {
             return false;
@@ -160,10 +160,10 @@ bool wire_out_result(wire_out_t *wire, size_t channel, const epoch_row_t *row, s
 {
     take_health(wire, channel);
     if (wire->telemetry != NULL) {
-        return send_telemetry(wire, channel, row->result, error);
+        return send_telemetry(wire, channel, row, error);
     }
     davar_encoder_monitor(&wire->encoder[channel], row->misfit);
-    davar_encoder_begin(&wire->encoder[channel], row->result, &wire->health);
+    davar_encoder_begin(&wire->encoder[channel], row->result, row->report, &wire->health);
     return send_all(wire, channel, error);
 }
 

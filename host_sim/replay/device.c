@@ -137,25 +137,26 @@ static bool fail_broken(const results_t *results, sim_error_t *error)
     return sim_fail(error, "%s: the device's results are incomplete", results->path);
 }
 
-static bool take_result(results_t *results, const davar_port_t *port, uint64_t *words,
-                        sim_error_t *error)
+static bool take_result(results_t *results, replay_t *replay, uint64_t *words, sim_error_t *error)
 {
     static davar_result_t result;
+    static davar_glr_report_t report;
     const size_t rest = davar_job_result_rest(words);
     size_t channel;
     if ((rest != results->rest) ||
         (fread(&words[DAVAR_JOB_HEAD], sizeof words[0], rest, results->file) != rest)) {
         return fail_broken(results, error);
     }
-    davar_job_decode_result(&channel, &result, words);
+    davar_job_decode_result(&channel, &result, &report, words);
     if (channel >= results->channels) {
         return fail_broken(results, error);
     }
-    return (port == NULL) || (port->send(port->context, channel, &result) == DAVAR_PORT_SEND_DONE);
+    return (replay == NULL) ||
+           (replay_send(replay, channel, &result, &report) == DAVAR_PORT_SEND_DONE);
 }
 
-/* Reads all results. Without a port it only checks that the file is complete. */
-static bool take_all(results_t *results, const davar_port_t *port, sim_error_t *error)
+/* Reads all results. Without a replay it only checks that the file is complete. */
+static bool take_all(results_t *results, replay_t *replay, sim_error_t *error)
 {
     uint64_t words[DAVAR_JOB_RESULT_WORDS];
     rewind(results->file);
@@ -170,7 +171,7 @@ static bool take_all(results_t *results, const davar_port_t *port, sim_error_t *
         if (davar_job_decode_health(&channel, &health, words)) {
             engine_add_health(&results->health, &health);
             results->healths++;
-        } else if (!take_result(results, port, words, error)) {
+        } else if (!take_result(results, replay, words, error)) {
             return false;
         }
     }
@@ -188,8 +189,7 @@ static bool read_results(const places_t *places, replay_t *replay, const engine_
     if (results.file == NULL) {
         return sim_fail(error, "%s: the device wrote no results", places->results);
     }
-    const davar_port_t port = replay_port(replay);
-    const bool good = take_all(&results, NULL, error) && take_all(&results, &port, error);
+    const bool good = take_all(&results, NULL, error) && take_all(&results, replay, error);
     (void)fclose(results.file);
     *health = results.health;
     return good;

@@ -69,15 +69,26 @@ static davar_port_read_t read_rows(void *context, davar_port_block_t *block)
     return (rows > 0U) ? hand_out(replay, rows, block) : DAVAR_PORT_READ_AGAIN;
 }
 
-static davar_port_send_t send_row(void *context, size_t channel, const davar_result_t *result)
+davar_port_send_t replay_send(replay_t *replay, size_t channel, const davar_result_t *result,
+                              const davar_glr_report_t *report)
 {
-    replay_t *replay = context;
-    epoch_row_t row = {.result = result};
+    epoch_row_t row = {.result = result, .report = report};
     if (!epoch_time_find(&replay->epoch_time, result->epoch, &row.time_s, replay->error) ||
         !output_row(replay->setup.output, channel, &row, replay->error)) {
         return DAVAR_PORT_SEND_FAULT;
     }
     return DAVAR_PORT_SEND_DONE;
+}
+
+static davar_port_send_t send_row(void *context, size_t channel, const davar_result_t *result)
+{
+    replay_t *replay = context;
+    davar_glr_report_t report;
+    if (replay->setup.instances == NULL) {
+        return replay_send(replay, channel, result, NULL);
+    }
+    davar_glr_report(&replay->setup.instances[channel], &report);
+    return replay_send(replay, channel, result, &report);
 }
 
 static uint32_t now_us(void *context)

@@ -16,6 +16,7 @@ typedef struct {
     const timing_t *timing;
     const quantisation_t *quantisation;
     davar_port_number_t number;
+    davar_t *instances; /* one per channel, of the results of the port; null: centred windows */
     output_t *output;
     progress_t *progress;
     double times_real_time; /* 0: as fast as possible */
@@ -37,6 +38,10 @@ bool replay_open(replay_t *replay, const replay_setup_t *setup, sim_error_t *err
 
 /* The port itself; `replay` is its context. */
 davar_port_t replay_port(replay_t *replay);
+
+/* Writes a result, with what law glr reported (may be null). */
+davar_port_send_t replay_send(replay_t *replay, size_t channel, const davar_result_t *result,
+                              const davar_glr_report_t *report);
 
 /* Sleeps until the next sample is due (at most a second). */
 void replay_wait(const replay_t *replay);

@@ -6,6 +6,7 @@
 #define DAVAR_LAW_ID_H
 
 #include "davar/content.h"
+#include "davar/glr.h"
 
 /** Returns the law for counts of 16 bits, or for wider ones and floats (is_wide). Null for the
  * fixed window. */

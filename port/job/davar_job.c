@@ -4,7 +4,7 @@
 
 #include <string.h>
 
-#define MAGIC UINT64_C(0x37424F4A52564144) /* "DAVRJOB7" */
+#define MAGIC UINT64_C(0x38424F4A52564144) /* "DAVRJOB8" */
 #define FILTER_WORDS 6U                    /* the last of the settings but one */
 #define HEALTH UINT64_MAX                  /* instead of a channel */
 
@@ -107,6 +107,7 @@ bool davar_job_decode(davar_job_t *job, const uint64_t words[DAVAR_JOB_WORDS])
 }
 
 size_t davar_job_encode_result(size_t channel, const davar_result_t *result,
+                               const davar_glr_report_t *report,
                                uint64_t words[DAVAR_JOB_RESULT_WORDS])
 {
     const uint64_t head[DAVAR_JOB_HEAD] = {channel,
@@ -114,23 +115,24 @@ size_t davar_job_encode_result(size_t channel, const davar_result_t *result,
                                            result->window_samples,
                                            result->gaps_in_window,
                                            result->mirrored_samples,
-                                           result->unstable ? 1U : 0U,
+                                           (result->unstable ? 1U : 0U) |
+                                               (result->chosen ? 2U : 0U),
                                            bits_of(result->kurtosis),
                                            bits_of(result->contribution),
                                            result->tau_count,
-                                           result->alarm ? 1U : 0U,
-                                           result->young ? 1U : 0U,
-                                           result->cut_age_samples,
+                                           report->alarm ? 1U : 0U,
+                                           report->young ? 1U : 0U,
+                                           report->cut_age_samples,
                                            bits_of(result->dispersion),
-                                           result->change.m,
-                                           bits_of(result->change.older),
-                                           bits_of(result->change.newer),
-                                           bits_of(result->change.gain),
+                                           report->change.m,
+                                           bits_of(report->change.older),
+                                           bits_of(report->change.newer),
+                                           bits_of(report->change.gain),
                                            (uint64_t)result->noise,
-                                           result->steady.samples,
-                                           bits_of(result->steady.level),
-                                           bits_of(result->steady.low),
-                                           bits_of(result->steady.high)};
+                                           report->steady.samples,
+                                           bits_of(report->steady.level),
+                                           bits_of(report->steady.low),
+                                           bits_of(report->steady.high)};
     memcpy(words, head, sizeof head);
     uint64_t *word = &words[DAVAR_JOB_HEAD];
     for (uint32_t t = 0U; t < result->tau_count; t++, word += 6) {
@@ -187,7 +189,7 @@ size_t davar_job_result_rest(const uint64_t head[DAVAR_JOB_HEAD])
                : 0U;
 }
 
-void davar_job_decode_result(size_t *channel, davar_result_t *result,
+void davar_job_decode_result(size_t *channel, davar_result_t *result, davar_glr_report_t *report,
                              const uint64_t words[DAVAR_JOB_RESULT_WORDS])
 {
     *channel = (size_t)words[0];
@@ -195,18 +197,19 @@ void davar_job_decode_result(size_t *channel, davar_result_t *result,
     result->window_samples = (uint32_t)words[2];
     result->gaps_in_window = (uint32_t)words[3];
     result->mirrored_samples = (uint32_t)words[4];
-    result->unstable = words[5] != 0U;
+    result->unstable = (words[5] & 1U) != 0U;
+    result->chosen = (words[5] & 2U) != 0U;
     result->kurtosis = double_of(words[6]);
     result->contribution = double_of(words[7]);
     result->tau_count = (uint8_t)words[8];
-    result->alarm = words[9] != 0U;
-    result->young = words[10] != 0U;
-    result->cut_age_samples = (uint32_t)words[11];
+    report->alarm = words[9] != 0U;
+    report->young = words[10] != 0U;
+    report->cut_age_samples = (uint32_t)words[11];
     result->dispersion = double_of(words[12]);
-    result->change = (davar_change_t){(uint32_t)words[13], double_of(words[14]),
+    report->change = (davar_change_t){(uint32_t)words[13], double_of(words[14]),
                                       double_of(words[15]), double_of(words[16])};
     result->noise = (davar_noise_t)words[17];
-    result->steady = (davar_steady_t){words[18], double_of(words[19]), double_of(words[20]),
+    report->steady = (davar_steady_t){words[18], double_of(words[19]), double_of(words[20]),
                                       double_of(words[21])};
     result->unit_per_count = 0.0; /* the result is already fitted */
     const uint64_t *word = &words[DAVAR_JOB_HEAD];

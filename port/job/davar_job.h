@@ -11,6 +11,7 @@
 
 #include "davar/davar.h"
 #include "davar/filter.h"
+#include "davar/glr.h"
 #include "davar_curve.h"
 #include "davar_law_id.h"
 #include "davar_port.h"
@@ -46,6 +47,7 @@ bool davar_job_decode(davar_job_t *job, const uint64_t words[DAVAR_JOB_WORDS]);
 
 /* Returns the number of words written. */
 size_t davar_job_encode_result(size_t channel, const davar_result_t *result,
+                               const davar_glr_report_t *report,
                                uint64_t words[DAVAR_JOB_RESULT_WORDS]);
 
 /* Writes the head with the health of a channel. */
@@ -59,7 +61,7 @@ bool davar_job_decode_health(size_t *channel, davar_health_t *health,
 /* Words that follow the head of a result. 0: not the head of a result that this build supports. */
 size_t davar_job_result_rest(const uint64_t head[DAVAR_JOB_HEAD]);
 
-void davar_job_decode_result(size_t *channel, davar_result_t *result,
+void davar_job_decode_result(size_t *channel, davar_result_t *result, davar_glr_report_t *report,
                              const uint64_t words[DAVAR_JOB_RESULT_WORDS]);
 
 #ifdef __cplusplus

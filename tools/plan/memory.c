@@ -3,7 +3,7 @@
 #include "memory.h"
 
 #include "davar/cascade.h"
-#include "davar/davar.h"
+#include "davar/glr.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -15,6 +15,7 @@
  * error. */
 #include "davar/davar.h"
 #include "davar/fit.h"
+#include "davar/glr.h"
 #include "memory.h"
 #include "setup/bandwidth.h"
 
@@ -147,12 +148,16 @@ static int16_t count_of(double value)
     return (int16_t)((value < -32767.0) ? -32767.0 : ((value > 32767.0) ? 32767.0 : rint(value)));
 }
 
-/* Pushes one sample and takes the result. Returns its alarm. */
+/* Pushes one sample. Returns whether it completes a result with an alarm. */
 static bool alarm_after(davar_t *davar, double sigma, davar_result_t *result)
 {
     const int16_t count = count_of(sigma * gauss());
+    davar_glr_report_t report = {0};
     davar_push_q15(davar, &count, 1U);
-    return davar_take(davar, result) && result->alarm;
+    if (davar_take(davar, result)) {
+        davar_glr_report(davar, &report);
+    }
+    return report.alarm;
 }
 
 static double delay(davar_t *davar, davar_result_t *result, double ratio)

@@ -130,16 +130,16 @@ static void fill_arw(davar_encoder_t *encoder, davar_frame_t *frame)
 static void fill_change(davar_encoder_t *encoder, davar_frame_t *frame)
 {
     const uint8_t index = encoder->index;
-    const davar_result_t *const result = encoder->result;
-    const double value[DAVAR_CHANGE_COUNT] = {0.0, result->change.older, result->change.newer,
-                                              result->change.gain};
+    const davar_glr_report_t *const report = encoder->report;
+    const double value[DAVAR_CHANGE_COUNT] = {0.0, report->change.older, report->change.newer,
+                                              report->change.gain};
     put(frame, signal_change_item, index);
-    put(frame, signal_alarm, result->alarm ? 1U : 0U);
-    put(frame, signal_young, result->young ? 1U : 0U);
-    put(frame, signal_change_cluster_samples, result->change.m);
+    put(frame, signal_alarm, report->alarm ? 1U : 0U);
+    put(frame, signal_young, report->young ? 1U : 0U);
+    put(frame, signal_change_cluster_samples, report->change.m);
     if (index == (uint8_t)DAVAR_CHANGE_CUT) {
-        put(frame, signal_cut_age, at_most(result->cut_age_samples, CUT_AGE_MAX));
-        put_scaled(frame, &signal_dispersion, result->dispersion);
+        put(frame, signal_cut_age, at_most(report->cut_age_samples, CUT_AGE_MAX));
+        put_scaled(frame, &signal_dispersion, encoder->result->dispersion);
     } else {
         put_magnitude(frame, signal_value, value[index]);
     }
@@ -295,7 +295,7 @@ static uint8_t count_fd(const davar_encoder_t *encoder)
 
 static uint8_t count_change(const davar_encoder_t *encoder)
 {
-    if (davar_law_id(encoder->config) != DAVAR_LAW_ID_GLR) {
+    if ((encoder->report == NULL) || (davar_law_id(encoder->config) != DAVAR_LAW_ID_GLR)) {
         return 0U;
     }
     return sends(encoder, DAVAR_SEND_ADEV | DAVAR_SEND_FD) ? (uint8_t)DAVAR_CHANGE_COUNT : 1U;
@@ -384,10 +384,11 @@ static void start(davar_encoder_t *encoder, const davar_result_t *result,
 }
 
 void davar_encoder_begin(davar_encoder_t *encoder, const davar_result_t *result,
-                         const davar_can_health_t *health)
+                         const davar_glr_report_t *report, const davar_can_health_t *health)
 {
     DAVAR_ASSERT(result != NULL);
     start(encoder, result, health);
+    encoder->report = report;
 }
 
 void davar_encoder_finish(davar_encoder_t *encoder, const davar_can_health_t *health)

@@ -78,7 +78,7 @@ static void fill_array(const davar_telemetry_t *telemetry, davar_packet_t *packe
     davar_packet_put(packet, 0U, 5U);
     davar_packet_put_quantities(packet, telemetry);
     davar_packet_put(packet, davar_single_bits((double)result->window_samples), 4U);
-    davar_packet_put(packet, davar_single_bits((double)davar_quantity_state(result)), 4U);
+    davar_packet_put(packet, davar_single_bits((double)davar_quantity_state(telemetry)), 4U);
     davar_packet_put(packet, davar_single_bits((double)(result->epoch & EPOCH_MASK)), 4U);
     mavlink_close(DEBUG_FLOAT_ARRAY_EXTRA, packet);
 }

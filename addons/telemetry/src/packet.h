@@ -30,7 +30,7 @@ typedef enum {
 uint32_t davar_quantity(const davar_telemetry_t *telemetry, quantity_t quantity);
 
 /* Bits 0 to 2: davar_noise_t. Bit 3: unstable. Bit 4: young. Bit 5: alarm. */
-uint8_t davar_quantity_state(const davar_result_t *result);
+uint8_t davar_quantity_state(const davar_telemetry_t *telemetry);
 
 /* The axis in a name: X, Y, Z, 3, ... 9. */
 uint8_t davar_axis_letter(uint8_t channel);

@@ -45,10 +45,15 @@ uint32_t davar_quantity(const davar_telemetry_t *telemetry, quantity_t quantity)
     return davar_single_bits(quantity_of(telemetry, quantity));
 }
 
-uint8_t davar_quantity_state(const davar_result_t *result)
+uint8_t davar_quantity_state(const davar_telemetry_t *telemetry)
 {
-    return (uint8_t)(((uint32_t)result->noise & 7U) | (result->unstable ? 8U : 0U) |
-                     (result->young ? 16U : 0U) | (result->alarm ? 32U : 0U));
+    const davar_result_t *const result = telemetry->result;
+    const davar_glr_report_t *const report = telemetry->report;
+    uint32_t state = ((uint32_t)result->noise & 7U) | (result->unstable ? 8U : 0U);
+    if (report != NULL) {
+        state |= (report->young ? 16U : 0U) | (report->alarm ? 32U : 0U);
+    }
+    return (uint8_t)state;
 }
 
 void davar_packet_put(davar_packet_t *packet, uint64_t value, uint32_t bytes)
@@ -80,7 +85,7 @@ void davar_packet_put_result(davar_packet_t *packet, const davar_telemetry_t *te
     davar_packet_put(packet, result->window_samples, 4U);
     davar_packet_put_quantities(packet, telemetry);
     davar_packet_put(packet, telemetry->from.channel, 1U);
-    davar_packet_put(packet, davar_quantity_state(result), 1U);
+    davar_packet_put(packet, davar_quantity_state(telemetry), 1U);
 }
 
 void davar_packet_put_status(davar_packet_t *packet, uint32_t uptime_s, uint32_t last)
@@ -114,10 +119,11 @@ bool davar_telemetry_set_channel(davar_telemetry_t *telemetry, uint8_t channel)
 }
 
 void davar_telemetry_begin(davar_telemetry_t *telemetry, const davar_result_t *result,
-                           uint64_t time_us)
+                           const davar_glr_report_t *report, uint64_t time_us)
 {
     DAVAR_ASSERT((telemetry != NULL) && (result != NULL));
     telemetry->result = result;
+    telemetry->report = report;
     telemetry->time_us = time_us;
     telemetry->index = 0U;
 }

@@ -2,6 +2,7 @@
  * random walk of 0.3 deg/sqrt(h), and three times that from the 60th second onward. Prints the
  * results of davar once per second, and the time when it reports the change. */
 #include "davar/fit.h"
+#include "davar/glr.h"
 #include <davar/davar.h>
 #include <math.h>
 #include <stdio.h>
@@ -35,12 +36,14 @@ static int16_t next_count(int sample)
 
 static void print_result(davar_result_t *result)
 {
+    davar_glr_report_t report;
+    davar_glr_report(&gyro, &report);
     davar_fit(&plan, config.rate_hz, result);
     const davar_coefficient_t *arw = &result->coefficient[DAVAR_ANGLE_RANDOM_WALK];
-    if ((result->epoch + 1) % RATE_HZ == 0 || result->alarm) {
+    if ((result->epoch + 1) % RATE_HZ == 0 || report.alarm) {
         printf("%6.1f s  ARW %.3f (%.3f to %.3f) deg/sqrt(h), window %4d%s\n",
                (double)(result->epoch + 1) / RATE_HZ, arw->value, arw->low, arw->high,
-               (int)result->window_samples, result->alarm ? ", the noise has changed" : "");
+               (int)result->window_samples, report.alarm ? ", the noise has changed" : "");
     }
 }
 

@@ -50,7 +50,7 @@ typedef struct davar {
     volatile uint32_t produced; /* results completed */
     volatile uint32_t seen;     /* the value of `produced` at the last take */
     bool ready;                 /* the sums match the newest result */
-    uint32_t alarms_seen;       /* health.alarms at the last take */
+    uint32_t alarms_seen;       /* health.alarms at the last davar_glr_report */
     bool unstable;              /* the law's flag for that result */
     bool is_float;              /* f32: samples pass the input conversion of DESIGN 2.3 */
     uint8_t accepts; /* ACCEPTS_*: the one type that may be pushed; none after davar_flush */
@@ -60,7 +60,7 @@ typedef struct davar {
 /** @{ */
 /** Bytes of memory for an instance, as a constant. DAVAR_MEMORY: configured by DAVAR_SONG (shortest
  * below longest) or DAVAR_FIXED (equal). DAVAR_MEMORY_GRID: the same on the grid.
- * DAVAR_MEMORY_GLR: by DAVAR_GLR_*, stride above 1. A wrong name or order of the arguments does not compile.
+ * Law glr: DAVAR_MEMORY_GLR (davar/glr.h). A wrong name or order of the arguments does not compile.
  * ```c
  * static uint64_t memory[DAVAR_MEMORY(Q15, longest(600), shortest(400), stride(60),
  *                                     largest(128), taus(8)) / 8];
@@ -76,9 +76,6 @@ typedef struct davar {
                          DAVAR_SHORTEST_##a_shortest, DAVAR_SEGMENT(a_longest, a_shortest),        \
                          DAVAR_STRIDE_##a_stride, DAVAR_LARGEST_##a_largest, DAVAR_TAUS_##a_taus,  \
                          4U)
-#define DAVAR_MEMORY_GLR(type, a_longest, a_largest, a_taus)                                       \
-    DAVAR_MEMORY_OF_GLR(DAVAR_WORDS_##type, DAVAR_LONGEST_##a_longest, 10U,                        \
-                        DAVAR_LARGEST_##a_largest, DAVAR_TAUS_##a_taus, 4U)
 /** @} */
 
 /** @cond */
@@ -93,7 +90,7 @@ typedef struct davar {
          : (DAVAR_SHORTEST_##a_shortest / 4U))
 
 /* n: the words of a sample, 2 bytes each. W: longest. w: shortest. S: segment, 0 without moments.
- * K: stride. m: largest. T: taus. G: gaps. b: block. */
+ * K: stride. m: largest. T: taus. G: gaps. */
 #define DAVAR_WORDS_Q15 1U
 #define DAVAR_WORDS_Q31 2U
 #define DAVAR_WORDS_F32 2U
@@ -101,7 +98,6 @@ typedef struct davar {
 #define DAVAR_STAGES_BYTES(n) DAVAR_ROUND8(24U + ((size_t)72U * (n)) + (7U * sizeof(void *)))
 #define DAVAR_SONG_BYTES 16U
 #define DAVAR_GRID_BYTES DAVAR_ROUND8((size_t)76U + (16U * sizeof(void *)))
-#define DAVAR_GLR_BYTES(n) DAVAR_ROUND8(1032U + (((size_t)(n)-1U) * 2U * sizeof(void *)))
 #define DAVAR_SUMS(n, T) ((size_t)8U * (n) * (T))
 #define DAVAR_POWERS(n, S) ((((S) == 0U) ? (size_t)0U : (size_t)32U) * (n))
 #define DAVAR_DUES(T) (2U * DAVAR_ROUND8((size_t)4U * (T)))
@@ -121,10 +117,6 @@ typedef struct davar {
      (DAVAR_TAILS(W, w, K) *                                                                       \
       ((((size_t)(W) / (K)) + 1U) * (DAVAR_SUMS(n, T) + DAVAR_POWERS(n, S)) + DAVAR_DUES(T))) +    \
      ((((size_t)(S) / (K)) + 1U) * DAVAR_POWERS(n, S)))
-#define DAVAR_MEMORY_OF_GLR(n, W, b, m, T, G)                                                      \
-    (DAVAR_COMMON(n, (4U * (m)) + 127U, 0U, 2U, T, G) + DAVAR_GRID_BYTES +                         \
-     ((((size_t)(W) / (b)) + 1U) * DAVAR_SUMS(n, T)) + DAVAR_DUES(T) + DAVAR_GLR_BYTES(n) +        \
-     DAVAR_ROUND8((size_t)10U * (n) * (b)))
 /** @endcond */
 
 #ifdef __cplusplus

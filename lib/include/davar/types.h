@@ -58,7 +58,8 @@ typedef enum {
     DAVAR_ERR_TAU_OVERFLOW = 26
 } davar_status_t;
 
-/** A window law: what decides how long the window is. One that is not named is not linked. */
+/** A window law: what decides how long the window is. One that is not named is not linked. Law glr
+ * is in davar/glr.h. */
 typedef struct davar_law davar_law_t;
 
 /** Kurtosis alone ("DAVAR-K"). As the next two, after [SONG18] section 4: the window shrinks while
@@ -66,13 +67,6 @@ typedef struct davar_law davar_law_t;
 extern const davar_law_t davar_law_kurtosis;
 extern const davar_law_t davar_law_or;  /**< Kurtosis OR contribution: A-DAVAR of [SONG18]. */
 extern const davar_law_t davar_law_and; /**< Kurtosis AND contribution. */
-
-/** @{ */
-/** A likelihood ratio: the window begins where the noise last changed (10). Q15 is for
- * davar_init_q15, Q31 for davar_init_q31 and davar_init_f32. */
-extern const davar_law_t davar_law_glr_q15;
-extern const davar_law_t davar_law_glr_q31;
-/** @} */
 
 /** An engine: how a stride above 1 is computed. */
 typedef struct davar_engine davar_engine_t;
@@ -87,7 +81,8 @@ extern const davar_engine_t davar_engine_grid_q31;
 /** @} */
 
 /** Settings. They may be const in flash and must outlive the instance. Start from
- * davar_default_config, or from an initialiser with DAVAR_SONG, DAVAR_FIXED or DAVAR_GLR_Q15. */
+ * davar_default_config, or from an initialiser with DAVAR_SONG, DAVAR_FIXED or DAVAR_GLR_Q15
+ * (davar/glr.h). */
 typedef struct {
     double rate_hz;        /**< samples per second, 1e-50 to 1e50; no default */
     double unit_per_count; /**< q15, q31: deg/s per count, 1e-50 to 1e50; no default */
@@ -177,23 +172,6 @@ typedef struct {
     .law = NULL,                                                                                   \
     .window = {.longest = (longest_samples), .shortest = (longest_samples), .gaps_max = 4U}
 
-/** @{ */
-/** Windows of up to `blocks` blocks of 10 samples that begin where the noise last changed. Q15
- * is for int16 counts, Q31 for int32 counts and floats. */
-#define DAVAR_GLR_Q15(blocks) .law = &davar_law_glr_q15, DAVAR_GLR_SETTINGS(blocks)
-#define DAVAR_GLR_Q31(blocks) .law = &davar_law_glr_q31, DAVAR_GLR_SETTINGS(blocks)
-/** @} */
-/** @cond */
-#define DAVAR_GLR_SETTINGS(blocks)                                                                 \
-    .window = {.longest = 10U * (blocks),                                                          \
-               .shortest = 20U,                                                                    \
-               .grow = 1U,                                                                         \
-               .shrink = 64U,                                                                      \
-               .gaps_max = 4U},                                                                    \
-    .glr = {                                                                                       \
-        .false_alarms_per_hour = 0.01, .cut_interval_s = 300.0, .block = 10U, .shock_blocks = 2U}
-/** @endcond */
-
 /** Counts of input faults since the last reset, and of the detector's events. They stop at their
  * largest value. */
 typedef struct {
@@ -258,33 +236,6 @@ typedef struct {
     double high;  /**< upper limit, same unit */
 } davar_coefficient_t;
 
-/** Law glr: the two levels that the newest alarm distinguished (10.12), in deg/s: standard
- * deviations of a sample about the mean of its block. If the noise is white, a level is the Allan
- * deviation at m = 1, and times 60 / sqrt(rate_hz) it is ARW in deg/sqrt(h). With whitening, the
- * levels are those before the filter (10.16). */
-typedef struct {
-    uint32_t m; /**< 1; 0: no alarm yet, the rest is NaN */
-    /** level between the previous change and this one, over at most the longest window */
-    double older;
-    double newer; /**< level since this change; it improves with every block */
-    double gain;  /**< logarithm of the likelihood ratio that raised the alarm */
-} davar_change_t;
-
-/** Law glr: the noise since the last alarm, with a confidence sequence: an interval for every
- * moment (10.18). A 95 % interval of a window misses the truth in one window of twenty. If the
- * noise does not change, all intervals of a section contain it, with a probability of 95 %. A
- * section ends at an alarm, or without one if its noise has changed slowly. Between a change and
- * its alarm, the intervals may miss the new level.
- * Levels are in deg/s as in davar_change_t, but without rounding to counts. */
-typedef struct {
-    /** accepted samples of the section; 0: too few, counts too coarse, or dispersion above 5 now or
-     * in the last 2^14 blocks, and the rest is NaN */
-    uint64_t samples;
-    double level; /**< of the section */
-    double low;   /**< lower limit */
-    double high;  /**< upper limit; it includes shocks, because they may be noise */
-} davar_steady_t;
-
 /** What a fit found in the window. */
 typedef enum {
     /** not fitted yet, or no cluster size of the plan has a difference in this window */
@@ -314,26 +265,21 @@ typedef struct {
      */
     uint32_t mirrored_samples;
     uint32_t gaps_in_window; /**< gaps inside this window */
-    /** law glr: samples since the newest change, at the epoch; otherwise 0 */
-    uint32_t cut_age_samples;
-    davar_change_t change; /**< law glr: the newest change; otherwise m is 0 */
-    davar_steady_t steady; /**< law glr: the level since the last alarm; otherwise samples is 0 */
     /** the law's flag f. Fixed window: f1 OR f2, for information. glr: cut since the previous
      * epoch */
     bool unstable;
-    /** law glr: the window was cut at most eight blocks ago, or is about to be. The estimate is
-     * biased towards the data that triggered the cut, or still contains older noise. Its intervals
-     * are wider and cover less often (10.14) */
-    bool young;
-    bool alarm;          /**< law glr: an alarm since the previous take; otherwise false */
+    /** the law chose this window by its data: law glr has just cut it, is about to, or leaves out
+     * more than half of the samples since the cut. The intervals are wider and cover less often
+     * (10.14) */
+    bool chosen;
     uint8_t tau_count;   /**< number of entries of tau, as configured */
     davar_noise_t noise; /**< what davar_fit or davar_fit_white found */
     /** q15, q31: size of a count; the fit subtracts its rounding (5.15). f32: 0, unknown */
     double unit_per_count;
     double kurtosis;     /**< of the whole window; NaN if its variance is 0 (3.1) */
     double contribution; /**< |K - Km| / K; NaN if K or Km is undefined (3.2) */
-    /** law glr: f, 1 to below 16. It widens the threshold of a split whose shorter part has 8 to 15
-     * blocks; in heavy tails, fewer blocks have a larger factor (10.3). Otherwise NaN */
+    /** how much more the noise scatters than Gaussian noise, 1 to below 16, where the law measures
+     * it: f of glr (10.3). Otherwise NaN */
     double dispersion;
     davar_adev_t tau[DAVAR_TAUS_MAX]; /**< the cluster sizes, ascending */
     /** by davar_coefficient_kind_t, from davar_fit or davar_fit_white; absent before */

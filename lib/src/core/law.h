@@ -19,15 +19,9 @@ typedef enum {
     DAVAR_LAW_RESUME /* a saved state was read back: set every pointer again, keep the rest */
 } davar_law_start_t;
 
-/* What a law reads while no push is at work, and reports afterwards. */
-typedef struct {
-    uint64_t word[10]; /* the law's own layout */
-} davar_law_words_t;
-
 /* A window law. Every function except bytes, start and judge may be null.
- * `state` is the law's part of the caller's memory, 8-byte aligned. read and report run in the
- * consumer's context, all other functions in the producer's (push, gap, flush) or with both sides
- * stopped. */
+ * `state` is the law's part of the caller's memory, 8-byte aligned. read runs in the consumer's
+ * context, all other functions in the producer's (push, gap, flush) or with both sides stopped. */
 struct davar_law {
     uint8_t id;         /* davar_law_id_t */
     bool wants_moments; /* judge needs the moments: moments.segment must not be 0 */
@@ -48,12 +42,9 @@ struct davar_law {
     /* Returns the samples between two places where windows can begin: multiples of it, from
      * position 0 on. Null: anywhere. */
     uint32_t (*block)(const davar_config_t *config);
-    /* For davar_take: copies from `state` under the sequence lock. It is repeated if a push
-     * interrupts it. */
-    void (*read)(const void *state, davar_result_t *result, davar_law_words_t *words);
-    /* For davar_take: computes fields of *result from the copies. */
-    void (*report)(const davar_config_t *config, double unit_per_count,
-                   const davar_law_words_t *words, davar_result_t *result);
+    /* For davar_take: corrects the epoch and sets chosen and dispersion of a result whose window is
+     * known. It runs under the sequence lock and is repeated if a push interrupts it. */
+    void (*read)(const void *state, davar_result_t *result);
     /* For a law with a queue, which takes each sample first and feeds the pipeline itself. push,
      * gap and flush go together. Takes samples up to the one that completes a result and returns
      * how many. */

@@ -8,6 +8,7 @@
 #include "davar/instance.h"
 
 #include "core/law.h"
+#include "number/real.h"
 
 static inline bool has_law(const davar_config_t *config)
 {
@@ -66,6 +67,13 @@ static inline uint32_t whole_steps(uint32_t *back, uint32_t step)
 static inline bool is_float(const davar_t *davar)
 {
     return DAVAR_Q31 && davar->is_float;
+}
+
+/* deg/s per count. */
+static inline double size_of_count(const davar_t *davar)
+{
+    return is_float(davar) ? davar_inverse_of_power(davar->counts_per_unit)
+                           : davar->config->unit_per_count;
 }
 
 /* --- positions -------------------------------------------------------------------------------- */

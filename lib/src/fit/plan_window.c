@@ -93,19 +93,11 @@ uint8_t davar_fit_usable(const davar_result_t *result)
     return count;
 }
 
-/* Law glr chose this window by its data (10.14): it has just cut the window, or it omitted more
- * than half of the samples since the cut, because they were not quite alike. */
-static bool is_chosen(const davar_result_t *result)
-{
-    const uint32_t half = result->cut_age_samples - (result->cut_age_samples / 2U);
-    return result->young || (half > result->window_samples);
-}
-
 /* Does every difference of the first `count` cluster sizes exist once and count fully: no gap, no
  * mirror image? */
 static bool is_whole(const davar_result_t *result, int count)
 {
-    uint32_t lost = result->mirrored_samples | (is_chosen(result) ? 1U : 0U);
+    uint32_t lost = result->mirrored_samples | (result->chosen ? 1U : 0U);
     for (int t = 0; t < count; t++) {
         lost |= (result->window_samples + 1U - 2U * result->tau[t].m) ^ result->tau[t].differences;
     }
@@ -120,7 +112,7 @@ scaled_t davar_fit_evidence(const davar_result_t *result)
                  (result->mirrored_samples <= (LONGEST - result->window_samples)));
     const scaled_t share = scaled_ratio(result->window_samples,
                                         result->window_samples + (2U * result->mirrored_samples));
-    return is_chosen(result) ? scaled_times(share, scaled_of_u32(7U, -4)) : share;
+    return result->chosen ? scaled_times(share, scaled_of_u32(7U, -4)) : share;
 }
 
 /* --- the degrees of freedom of a size, whatever the noise --- */

@@ -11,6 +11,8 @@
 #ifndef DAVAR_SRC_GLR_H
 #define DAVAR_SRC_GLR_H
 
+#include "davar/glr.h"
+
 #include "core/law.h"
 #include "laws/spread.h"
 
@@ -179,7 +181,20 @@ bool davar_steady_is_known(const davar_steady_sums_t *steady, const davar_glr_t 
 
 /* --- the window law, for both number types ---------------------------------------------------- */
 
-/* The detector's words of a result (law.h). */
+/* The law's state begins with it: all that a result and a report need, and nothing that depends on
+ * the number type. */
+typedef struct {
+    davar_glr_t detector;
+    davar_steady_sums_t steady; /* since the last alarm */
+    davar_spread_t older;       /* before the newest reported change */
+    int32_t gain;               /* of that change, GAIN_DIGITS */
+    uint32_t age;               /* samples from the newest change to the newest epoch */
+    uint32_t left_out;          /* samples dropped since the newest epoch */
+    bool young;   /* of the newest epoch: the window was cut recently, or will be (10.14) */
+    bool changed; /* an alarm has been reported */
+} davar_glr_track_t;
+
+/* What a report copies of it. */
 typedef struct {
     davar_spread_t older; /* before the newest reported change */
     davar_spread_t newer; /* after it */
@@ -187,9 +202,8 @@ typedef struct {
     uint32_t dispersion;   /* f, GAIN_DIGITS */
     davar_spread_t steady; /* since the last alarm: accepted blocks */
     davar_spread_t shocks; /* and dropped ones */
-    bool changed;          /* an alarm has been reported */
-} davar_glr_words_t;
-_Static_assert(sizeof(davar_glr_words_t) <= sizeof(davar_law_words_t), "words are too many");
+    bool changed;
+} davar_glr_copy_t;
 
 /* Root of (sum - blocks * floor) / (blocks * unit), to 32 bits; rounding adds `floor` to each
  * block. At least one block. */
@@ -197,7 +211,10 @@ double davar_spread_level(const davar_spread_t *sum, uint32_t floor, uint32_t un
 
 davar_status_t davar_glr_check(const davar_config_t *config);
 uint32_t davar_glr_block(const davar_config_t *config);
-void davar_glr_report(const davar_config_t *config, double unit_per_count,
-                      const davar_law_words_t *words, davar_result_t *result);
+void davar_glr_read(const void *state, davar_result_t *result);
+
+/* Sets change and steady of an absent report. */
+void davar_glr_evaluate(const davar_config_t *config, double unit_per_count,
+                        const davar_glr_copy_t *copy, davar_glr_report_t *report);
 
 #endif

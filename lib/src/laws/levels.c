@@ -1,12 +1,14 @@
 /* davar - what a result says of the noise in deg/s: the levels before and after a change (10.12),
  * and the level since the last alarm with its interval (10.18). */
+#include "davar/content.h"
+
+#include "core/instance.h"
 #include "core/window.h"
 #include "laws/glr.h"
 #include "number/real.h"
 #include "number/scaled.h"
 
 #include <math.h>
-#include <string.h>
 
 /* --- while samples come ----------------------------------------------------------------------- */
 
@@ -135,12 +137,12 @@ static double level_of(const davar_config_t *config, const davar_spread_t *sum,
 }
 
 static void report_change(const davar_config_t *config, double unit_per_count,
-                          const davar_glr_words_t *read, davar_change_t *change)
+                          const davar_glr_copy_t *copy, davar_change_t *change)
 {
     change->m = 1U;
-    change->older = level_of(config, &read->older, unit_per_count);
-    change->newer = level_of(config, &read->newer, unit_per_count);
-    change->gain = davar_scale(davar_double_of_u64((uint32_t)read->gain), 1.0 / (double)F_ONE);
+    change->older = level_of(config, &copy->older, unit_per_count);
+    change->newer = level_of(config, &copy->newer, unit_per_count);
+    change->gain = davar_scale(davar_double_of_u64((uint32_t)copy->gain), 1.0 / (double)F_ONE);
 }
 
 #define PRIOR 100U  /* a; with alpha = 1 / 20, 4 a alpha^2 = 1 and drops out of the logarithm */
@@ -170,7 +172,7 @@ static double limit_of(const davar_spread_t *sum, uint32_t rounding, uint32_t un
 }
 
 static void report_steady(const davar_config_t *config, double unit_per_count,
-                          const davar_glr_words_t *read, davar_steady_t *steady)
+                          const davar_glr_copy_t *copy, davar_steady_t *steady)
 {
     const uint32_t block = config->glr.block;
     const uint32_t nu = block - 1U;
@@ -178,36 +180,84 @@ static void report_steady(const davar_config_t *config, double unit_per_count,
     const uint32_t rounding =
         constant_of(config) +
         davar_glr_rounding(block, config->glr.whiten_first, config->glr.whiten_second);
-    if (read->steady.blocks == 0U) {
+    if (copy->steady.blocks == 0U) {
         return;
     }
-    const double s = width_of(read->steady.blocks, nu, read->dispersion);
-    const double level = limit_of(&read->steady, rounding, unit, 1.0);
+    const double s = width_of(copy->steady.blocks, nu, copy->dispersion);
+    const double level = limit_of(&copy->steady, rounding, unit, 1.0);
     if ((s > WIDEST) || (level < COARSE)) {
         return;
     }
     const bool whitened = is_whitened(config);
     const uint32_t twelfth = whitened ? (block * nu) : 0U; /* of a count^2 */
-    davar_spread_t all = read->steady;
-    spread_add(&all, &read->shocks);
-    const double low = limit_of(&read->steady, rounding + (2U * twelfth), unit, 1.0 + s);
+    davar_spread_t all = copy->steady;
+    spread_add(&all, &copy->shocks);
+    const double low = limit_of(&copy->steady, rounding + (2U * twelfth), unit, 1.0 + s);
     const double high = limit_of(&all, rounding - twelfth, unit, 1.0 - s);
     const double scale = dps_per_count(config, unit_per_count);
     const double tolerance = whitened ? (1.0 + config->glr.whiten_tolerance) : 1.0;
-    steady->samples = davar_multiply_u32(read->steady.blocks, block);
+    steady->samples = davar_multiply_u32(copy->steady.blocks, block);
     steady->level = davar_scale(level, scale);
     steady->low = davar_scale(low, davar_divide(scale, tolerance));
     steady->high = davar_scale(high, davar_scale(scale, tolerance));
 }
 
-void davar_glr_report(const davar_config_t *config, double unit_per_count,
-                      const davar_law_words_t *words, davar_result_t *result)
+void davar_glr_evaluate(const davar_config_t *config, double unit_per_count,
+                        const davar_glr_copy_t *copy, davar_glr_report_t *report)
 {
-    davar_glr_words_t read;
-    memcpy(&read, words, sizeof read);
-    result->dispersion = (double)read.dispersion / (double)F_ONE;
-    if (read.changed) {
-        report_change(config, unit_per_count, &read, &result->change);
+    if (copy->changed) {
+        report_change(config, unit_per_count, copy, &report->change);
     }
-    report_steady(config, unit_per_count, &read, &result->steady);
+    report_steady(config, unit_per_count, copy, &report->steady);
+}
+
+/* Samples dropped since the epoch do not count in its time. */
+void davar_glr_read(const void *state, davar_result_t *result)
+{
+    const davar_glr_track_t *const track = state;
+    const uint32_t half = track->age - (track->age / 2U);
+    result->epoch -= track->left_out;
+    result->chosen = track->young || (half > result->window_samples);
+    result->dispersion =
+        (double)davar_glr_dispersion(&track->detector, GLR_TYPICAL) / (double)F_ONE;
+}
+
+static void copy_track(const davar_glr_track_t *track, davar_glr_copy_t *copy)
+{
+    const davar_glr_t *const detector = &track->detector;
+    const bool is_known = davar_steady_is_known(&track->steady, detector);
+    copy->older = track->older;
+    copy->newer = spread_between(&detector->alarm.sum, &detector->now.sum);
+    copy->gain = track->gain;
+    copy->dispersion = davar_glr_dispersion(detector, GLR_TYPICAL);
+    copy->steady =
+        spread_between(is_known ? &track->steady.since : &detector->now.sum, &detector->now.sum);
+    copy->shocks = track->steady.shocks;
+    copy->changed = track->changed;
+}
+
+void davar_glr_report(davar_t *davar, davar_glr_report_t *report)
+{
+    static const davar_glr_report_t absent = {
+        .change = {0U, (double)NAN, (double)NAN, (double)NAN},
+        .steady = {0U, (double)NAN, (double)NAN, (double)NAN}};
+    const davar_config_t *const config = davar->config;
+    const davar_glr_track_t *const track = davar->law_state;
+    davar_glr_copy_t copy;
+    uint32_t alarms;
+    uint32_t before;
+    *report = absent;
+    if (!has_law(config) || (config->law->id != (uint8_t)DAVAR_LAW_ID_GLR)) {
+        return;
+    }
+    do {
+        before = davar_read_begin(davar);
+        copy_track(track, &copy);
+        alarms = davar->health.alarms;
+        report->cut_age_samples = track->age;
+        report->young = track->young;
+    } while (davar_read_torn(davar, before));
+    report->alarm = (alarms != davar->alarms_seen);
+    davar->alarms_seen = alarms;
+    davar_glr_evaluate(config, size_of_count(davar), &copy, report);
 }

@@ -94,8 +94,8 @@ void davar_setup_gap(uint32_t missing);
 
 /* Returns the newest result of an axis, 0 to {last}, or null if there is no new one.
  * Call it in the main loop. The result is valid until the next call{also}:
- *   coefficient[DAVAR_ANGLE_RANDOM_WALK]: present, value, low, high, in deg/sqrt(h){more}
- *   noise: why a coefficient is absent */
+ *   coefficient[DAVAR_ANGLE_RANDOM_WALK]: present, value, low, high, in deg/sqrt(h)
+ *   noise: why a coefficient is absent{more} */
 const davar_result_t *davar_setup_take(uint8_t axis);
 {curve}
 /* Returns to the state after davar_setup_start, counters included. Call it while no push is at
@@ -137,7 +137,7 @@ const davar_result_t *davar_setup_curve(uint8_t axis);
 /* Returns the whole Allan curve of an axis, or null if nothing is known yet. tau[] has the long
  * averaging times too, and coefficient[] has the bias instability (deg/h), the rate random walk
  * (deg/h/sqrt(h)) and the other terms. It takes the newest result of the window, if there is one:
- * davar_setup_take then returns null until the next.{alarm}
+ * davar_setup_take then returns null until the next.
  * Without a new result, the short averaging times are absent (NaN), and the long ones give all
  * terms.
  * Call it in the main loop, as seldom as you need a curve: it is much slower. The result is valid
@@ -159,13 +159,19 @@ def header(design: Design, title: str, about: Sequence[str], alone: bool) -> str
     )
     checks = [f"({name} != {value})" for name, value in (d.split("=") for d in defines(design))]
     lines = [" || ".join(checks[i : i + 3]) for i in range(0, len(checks), 3)]
+    glr = ("glr",) if design.law == "glr" else ()
     more = ""
-    if design.law == "glr":
-        more += "\n *   alarm: the noise has changed since the last result"
+    if glr:
+        more += (
+            "\n * davar_glr_report of davar_setup_instance(axis) then reports an alarm if the noise has"
+            "\n * changed since the previous report."
+        )
     return HEADER.format(
         title=title,
         about="\n".join(f" * {line}".rstrip() for line in about),
-        davar='#include "davar.h"' if alone else '#include "davar/davar.h"\n#include "davar/fit.h"',
+        davar='#include "davar.h"'
+        if alone
+        else "\n".join(f'#include "davar/{name}.h"' for name in ("davar", "fit", *glr)),
         conditions=" || \\\n    ".join(lines),
         wrong="this is another davar.h, or -DDAVAR_ options contradict it"
         if alone
@@ -178,9 +184,7 @@ def header(design: Design, title: str, about: Sequence[str], alone: bool) -> str
         last=axes - 1,
         more=more,
         also=" of take or curve" if design.cascade_taus else "",
-        curve=CURVE_COMMENT[design.fit].format(
-            alarm=" Its alarm is here too." if design.law == "glr" else ""
-        ),
+        curve=CURVE_COMMENT[design.fit],
     )
 
 

@@ -17,6 +17,7 @@
 #ifndef DAVAR_CAN_H
 #define DAVAR_CAN_H
 
+#include "davar/glr.h"
 #include "davar/monitor.h"
 
 #ifdef __cplusplus
@@ -135,6 +136,7 @@ typedef struct {
     /** @privatesection */
     const davar_config_t *config;
     const davar_result_t *result;
+    const davar_glr_report_t *report;
     const davar_can_health_t *health;
     const davar_misfit_t *misfit;
     uint32_t told[DAVAR_HEALTH_COUNT]; /* health counters as last sent */
@@ -164,12 +166,13 @@ bool davar_encoder_init(davar_encoder_t *encoder, const davar_config_t *config, 
                         uint8_t channel, uint8_t content);
 
 /** Starts the frames of one result.
- * The encoder reads *result and *health until davar_encoder_next returns false; do not change them
+ * `report`: what davar_glr_report gave with it, for DAVAR_Change; null: no such frames. The encoder
+ * reads *result, *report and *health until davar_encoder_next returns false; do not change them
  * before. A NaN, a magnitude above DAVAR_CAN_MOST or an unexpected negative number is sent as
  * absent, a magnitude below DAVAR_CAN_LEAST as 0, an upper limit above DAVAR_CAN_MOST as
  * infinity. Cost: O(1). */
 void davar_encoder_begin(davar_encoder_t *encoder, const davar_result_t *result,
-                         const davar_can_health_t *health);
+                         const davar_glr_report_t *report, const davar_can_health_t *health);
 
 /** Adds *misfit to every following result (content DAVAR_SEND_MONITOR); null stops that.
  * The encoder reads it between davar_encoder_begin and the last frame of the result; the caller

@@ -49,8 +49,8 @@ typedef struct {
     uint8_t worst;
     float kurtosis;            /**< as in davar_result_t */
     float contribution;        /**< as in davar_result_t */
-    bool alarm;                /**< DAVAR_Change: as in davar_result_t */
-    bool young;                /**< DAVAR_Change: as in davar_result_t */
+    bool alarm;                /**< DAVAR_Change: as in davar_glr_report_t */
+    bool young;                /**< DAVAR_Change: as in davar_glr_report_t */
     uint32_t change_m;         /**< DAVAR_Change: m of davar_change_t */
     uint32_t cut_age_samples;  /**< item DAVAR_CHANGE_CUT only; 2^20 - 1: that or more */
     float dispersion;          /**< item DAVAR_CHANGE_CUT only */

@@ -16,7 +16,7 @@
 #ifndef DAVAR_TELEMETRY_H
 #define DAVAR_TELEMETRY_H
 
-#include "davar/types.h"
+#include "davar/glr.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -51,6 +51,7 @@ typedef struct {
     /** @privatesection */
     const davar_dialect_t *dialect;
     const davar_result_t *result;
+    const davar_glr_report_t *report;
     uint64_t time_us;
     double rate_hz;
     uint32_t heartbeat_us; /* when the next heartbeat is due, modulo 2^32 */
@@ -96,11 +97,11 @@ bool davar_telemetry_init(davar_telemetry_t *telemetry, const davar_dialect_t *d
 bool davar_telemetry_set_channel(davar_telemetry_t *telemetry, uint8_t channel);
 
 /** Starts the packets of one result.
- * The encoder reads *result until davar_telemetry_next returns false; do not change it before.
- * `time_us` is the time since boot in microseconds, as the autopilot counts it; only MAVLink sends
- * it. Cost: O(1). */
+ * `report`: what davar_glr_report gave with it; null: another law. The encoder reads *result and
+ * *report until davar_telemetry_next returns false; do not change them before. `time_us` is the
+ * time since boot in microseconds, as the autopilot counts it; only MAVLink sends it. Cost: O(1). */
 void davar_telemetry_begin(davar_telemetry_t *telemetry, const davar_result_t *result,
-                           uint64_t time_us);
+                           const davar_glr_report_t *report, uint64_t time_us);
 
 /** Writes the next packet.
  * @return False after the last packet; *packet is then unchanged. A packet counts as sent: if the
