@@ -166,8 +166,8 @@ static void test_telemetry_without_an_object(void)
     TEST_ASSERT_TRUE(ASSERTS(davar_telemetry_init(&telemetry, &davar_cyphal, NULL, 1.0)));
     TEST_ASSERT_FALSE(ASSERTS(davar_telemetry_init(&telemetry, &davar_cyphal, &from, 1.0)));
     TEST_ASSERT_TRUE(ASSERTS(davar_telemetry_set_channel(NULL, 0U)));
-    TEST_ASSERT_TRUE(ASSERTS((davar_telemetry_begin(&telemetry, NULL, 0U), 0)));
-    TEST_ASSERT_FALSE(ASSERTS((davar_telemetry_begin(&telemetry, &result, 0U), 0)));
+    TEST_ASSERT_TRUE(ASSERTS((davar_telemetry_begin(&telemetry, NULL, NULL, 0U), 0)));
+    TEST_ASSERT_FALSE(ASSERTS((davar_telemetry_begin(&telemetry, &result, NULL, 0U), 0)));
     TEST_ASSERT_TRUE(ASSERTS(davar_telemetry_next(&telemetry, NULL)));
     TEST_ASSERT_FALSE(ASSERTS(davar_telemetry_next(&telemetry, &packet)));
     TEST_ASSERT_TRUE(ASSERTS(davar_telemetry_heartbeat(&telemetry, 0U, NULL)));

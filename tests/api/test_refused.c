@@ -2,6 +2,7 @@
  * rejected and harmless; and a block gives each of its results. Compiled with the library's sources
  * and without asserts, in every build. */
 #include "davar/cascade.h"
+#include "davar/glr.h"
 #include "davar/state.h"
 #include "stream_fixture.h"
 

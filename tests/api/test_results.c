@@ -22,7 +22,7 @@ static void test_results_that_were_not_taken_or_lost_to_a_restart_are_counted(vo
     TEST_ASSERT_EQUAL_UINT32(10U, davar_health(&davar).missed);
     TEST_ASSERT_TRUE(take_fitted(&davar, &result));
     TEST_ASSERT_EQUAL_UINT64(29U, result.epoch);
-    TEST_ASSERT_FALSE(result.young); /* only law glr sets it */
+    TEST_ASSERT_FALSE(result.chosen); /* only law glr sets it */
     TEST_ASSERT_FALSE(take_fitted(&davar, &result));
     push_untaken(30U, 31U);
     davar_gap(&davar, 1U);

@@ -4,6 +4,7 @@
 #include "davar/davar.h"
 
 #include "random.h"
+#include "reported.h"
 #include "unity.h"
 
 #include <math.h>
@@ -20,6 +21,7 @@ static davar_config_t config;
 static uint64_t memory[4096];
 static davar_t davar;
 static davar_result_t result;
+static davar_glr_report_t report;
 static int16_t stream[SAMPLES];
 
 static double uniform(random_t *random)
@@ -107,14 +109,14 @@ static void check_step(type_t type, uint32_t stride, uint32_t block)
     init(type);
     for (uint32_t n = 0U; n < SAMPLES;) {
         n += (uint32_t)push(type, n, ((SAMPLES - n) < block) ? (SAMPLES - n) : block);
-        if (!davar_take(&davar, &result)) {
+        if (!take_reported(&davar, &result, &report)) {
             continue;
         }
         TEST_ASSERT_TRUE(result.dispersion >= 1.0);
-        if (result.alarm) {
+        if (report.alarm) {
             alarms++;
             TEST_ASSERT_UINT32_WITHIN(100U, STEP + 101U, (uint32_t)result.epoch);
-            TEST_ASSERT_UINT32_WITHIN(60U, STEP, (uint32_t)result.epoch - result.cut_age_samples);
+            TEST_ASSERT_UINT32_WITHIN(60U, STEP, (uint32_t)result.epoch - report.cut_age_samples);
         }
         if ((alarms > 0U) && (result.window_samples < shortest)) {
             shortest = result.window_samples;
@@ -152,9 +154,9 @@ static void test_a_change_reported_before_the_window_reaches_it_is_not_old(void)
         init(Q15);
         for (uint32_t n = 0U; n < 1400U; n++) {
             (void)push(Q15, n, 1U);
-            if (davar_take(&davar, &result)) {
-                TEST_ASSERT_LESS_OR_EQUAL_UINT32(n + 1U, result.cut_age_samples);
-                ahead += (result.cut_age_samples == 0U) ? 1U : 0U;
+            if (take_reported(&davar, &result, &report)) {
+                TEST_ASSERT_LESS_OR_EQUAL_UINT32(n + 1U, report.cut_age_samples);
+                ahead += (report.cut_age_samples == 0U) ? 1U : 0U;
             }
         }
     }
@@ -168,7 +170,7 @@ static uint32_t run(type_t type, uint32_t count, uint32_t block)
     init(type);
     for (uint32_t n = 0U; n < count;) {
         n += (uint32_t)push(type, n, ((count - n) < block) ? (count - n) : block);
-        results += davar_take(&davar, &result) ? 1U : 0U;
+        results += take_reported(&davar, &result, &report) ? 1U : 0U;
     }
     return results;
 }
@@ -187,7 +189,7 @@ static void test_a_flush_passes_the_samples_in_the_queue(void)
         config.stride = cases[i].stride;
         TEST_ASSERT_LESS_THAN_UINT32(1004U, run(Q15, cases[i].count, 64U));
         for (; davar_flush(&davar); flushed++) {
-            TEST_ASSERT_TRUE(davar_take(&davar, &result));
+            TEST_ASSERT_TRUE(take_reported(&davar, &result, &report));
         }
         TEST_ASSERT_EQUAL(cases[i].last > 0U, flushed > 0U);
         if (flushed > 0U) {
@@ -208,11 +210,11 @@ static void test_an_alarm_waits_to_be_taken(void)
     for (uint32_t end = n + 100U; n < end; n++) {
         (void)push(Q15, n, 1U);
     }
-    TEST_ASSERT_TRUE(davar_take(&davar, &result));
-    TEST_ASSERT_TRUE(result.alarm);
+    TEST_ASSERT_TRUE(take_reported(&davar, &result, &report));
+    TEST_ASSERT_TRUE(report.alarm);
     (void)push(Q15, n, 1U);
-    TEST_ASSERT_TRUE(davar_take(&davar, &result));
-    TEST_ASSERT_FALSE(result.alarm);
+    TEST_ASSERT_TRUE(take_reported(&davar, &result, &report));
+    TEST_ASSERT_FALSE(report.alarm);
 }
 
 /* Each is counted once, for any block length. */
@@ -241,8 +243,8 @@ static void test_a_cut_is_unstable(void)
         init(Q15);
         for (uint32_t n = 0U; n < SAMPLES; n++) {
             (void)push(Q15, n, 1U);
-            unstable += (davar_take(&davar, &result) && result.unstable) ? 1U : 0U;
-            TEST_ASSERT_LESS_OR_EQUAL_UINT32(SAMPLES, result.cut_age_samples);
+            unstable += (take_reported(&davar, &result, &report) && result.unstable) ? 1U : 0U;
+            TEST_ASSERT_LESS_OR_EQUAL_UINT32(SAMPLES, report.cut_age_samples);
         }
         TEST_ASSERT_EQUAL_UINT32(davar_health(&davar).cuts, unstable);
         TEST_ASSERT_EQUAL(segment == 0U, isnan(result.kurtosis));

@@ -7,6 +7,7 @@
 #include "davar/fit.h"
 #include "davar/monitor.h"
 #include "digest.h"
+#include "reported.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -25,13 +26,14 @@ static davar_plan_t plan;
 static davar_encoder_t encoder;
 static davar_monitor_t monitor;
 static davar_result_t result;
+static davar_glr_report_t changes;
 
 static void add_frames(const davar_misfit_t *misfit)
 {
     static const davar_can_health_t health;
     davar_frame_t frame;
     davar_encoder_monitor(&encoder, misfit);
-    davar_encoder_begin(&encoder, &result, &health);
+    davar_encoder_begin(&encoder, &result, &changes, &health);
     while (davar_encoder_next(&encoder, &frame)) {
         for (uint32_t i = 0U; i < frame.length; i++) {
             add(frame.data[i]);
@@ -44,9 +46,9 @@ static void add_result(const davar_config_t *config)
     static davar_misfit_t misfit;
     davar_result_t white = result;
     (void)davar_fit_white(&plan, config->rate_hz, &white);
-    add_fields(&white);
+    add_fields(&white, &changes);
     davar_fit(&plan, config->rate_hz, &result);
-    add_fields(&result);
+    add_fields(&result, &changes);
     davar_monitor_update(&monitor, &result, &misfit);
     add_double(misfit.health);
     add_double(misfit.slow);
@@ -105,7 +107,8 @@ static size_t push_until_result(char type, size_t from, size_t count)
 /* Adds every result, or one in ten if each sample has one. */
 static void take(const davar_config_t *config)
 {
-    if (davar_take(&davar, &result) && ((config->stride > 1U) || ((result.epoch % 10U) == 0U))) {
+    if (take_reported(&davar, &result, &changes) &&
+        ((config->stride > 1U) || ((result.epoch % 10U) == 0U))) {
         add_result(config);
     }
 }
@@ -172,7 +175,7 @@ static void run_cascade(char type)
         }
         result = (davar_result_t){0};
         (void)davar_cascade_append(&cascade, &result);
-        add_fields(&result);
+        add_fields(&result, &changes);
     }
     report(type, "c", davar_cascade_status_text(status), 0U);
 }

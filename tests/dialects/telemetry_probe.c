@@ -47,8 +47,6 @@ static void take(const record_t *record, davar_result_t *result)
                                .window_samples = record->window_samples,
                                .noise = (davar_noise_t)record->noise,
                                .unstable = record->unstable != 0U,
-                               .young = record->young != 0U,
-                               .alarm = record->alarm != 0U,
                                .kurtosis = record->kurtosis};
     for (size_t k = 0; k < DAVAR_COEFFICIENT_COUNT; k++) {
         const double *one = record->coefficient[k];
@@ -83,7 +81,9 @@ static int encode(char **argv)
     }
     while (fread(&record, sizeof record, 1U, stdin) == 1U) {
         take(&record, &result);
-        davar_telemetry_begin(&telemetry, &result, record.time_us);
+        const davar_glr_report_t report = {.young = record.young != 0U,
+                                           .alarm = record.alarm != 0U};
+        davar_telemetry_begin(&telemetry, &result, &report, record.time_us);
         while (davar_telemetry_next(&telemetry, &packet)) {
             print(&packet);
         }

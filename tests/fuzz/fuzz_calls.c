@@ -12,6 +12,7 @@
 #include "digest.h"
 #include "fuzzing.h"
 #include "random.h"
+#include "reported.h"
 
 #include <math.h>
 #include <string.h>
@@ -43,10 +44,11 @@ static davar_monitor_t monitor;
 static davar_misfit_t misfit;
 static davar_encoder_t encoder;
 static davar_result_t result;
+static davar_glr_report_t report;
 
 static void check_result(bool is_fitted)
 {
-    add_fields(&result);
+    add_fields(&result, &report);
     for (uint32_t t = 0U; t < result.tau_count; t++) {
         check_deviation(&result.tau[t]);
     }
@@ -89,7 +91,7 @@ static void send(const davar_t *davar)
     davar_frame_t frame;
     davar_decoded_t wire;
     davar_can_health(&health, &of_instance);
-    davar_encoder_begin(&encoder, &result, &health);
+    davar_encoder_begin(&encoder, &result, &report, &health);
     for (uint32_t frames = 0U; davar_encoder_next(&encoder, &frame); frames++) {
         REQUIRE(frames < 200U);
         add(frame.identifier + ((uint64_t)frame.length << 32U));
@@ -181,7 +183,7 @@ static void take_second(void)
 
 static void take_both(bytes_t *bytes)
 {
-    if (davar_take(&users[0].davar, &result)) {
+    if (take_reported(&users[0].davar, &result, &report)) {
         users[0].taken++;
         check_epoch();
         use(&users[0].davar, bytes);

@@ -109,8 +109,8 @@ static void choose_result(bytes_t *bytes)
     const uint32_t mirrored = (result.window_samples / 256U) * (kind % 64U);
     const uint32_t room = LONGEST - result.window_samples;
     result.mirrored_samples = (mirrored < room) ? mirrored : room;
-    result.young = (kind % 8U) == 3U;
-    result.cut_age_samples = ((kind % 4U) == 1U) ? (uint32_t)word(bytes, 4U) : 0U;
+    const uint32_t cut_age = ((kind % 4U) == 1U) ? (uint32_t)word(bytes, 4U) : 0U;
+    result.chosen = ((kind % 8U) == 3U) || ((cut_age - (cut_age / 2U)) > result.window_samples);
     result.kurtosis = (kind < 64U) ? 1.0 + number(bytes, -8, 8) : (double)NAN;
     result.dispersion = (kind < 160U) ? 1.0 + number(bytes, -8, 8) : (double)NAN;
     result.unit_per_count = ((kind % 2U) == 0U) ? level * number(bytes, -12, 4) : 0.0;

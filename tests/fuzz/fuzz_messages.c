@@ -15,6 +15,7 @@
 static const uint32_t taus[DAVAR_TAUS_MAX] = {1U};
 static davar_config_t config;
 static davar_result_t result;
+static davar_glr_report_t report;
 static davar_misfit_t misfit;
 static davar_can_health_t health;
 static davar_encoder_t encoder;
@@ -49,15 +50,15 @@ static void choose_result(bytes_t *bytes)
     result = (davar_result_t){.epoch = word(bytes, 8U), .tau_count = config.tau_count};
     result.window_samples = (uint32_t)word(bytes, 8U);
     result.window_samples += (result.window_samples == 0U) ? 1U : 0U;
-    result.cut_age_samples = (uint32_t)word(bytes, 8U);
-    result.change = (davar_change_t){.m = (uint32_t)word(bytes, 8U) % 5000U};
-    result.change.older = any(bytes);
-    result.change.newer = any(bytes);
-    result.change.gain = any(bytes);
+    report.cut_age_samples = (uint32_t)word(bytes, 8U);
+    report.change = (davar_change_t){.m = (uint32_t)word(bytes, 8U) % 5000U};
+    report.change.older = any(bytes);
+    report.change.newer = any(bytes);
+    report.change.gain = any(bytes);
     const uint8_t flags = byte(bytes);
     result.unstable = (flags & 1U) != 0U;
-    result.young = (flags & 2U) != 0U;
-    result.alarm = (flags & 4U) != 0U;
+    report.young = (flags & 2U) != 0U;
+    report.alarm = (flags & 4U) != 0U;
     result.noise = (davar_noise_t)(byte(bytes) % ((unsigned)DAVAR_NOISE_FILTERED + 1U));
     result.kurtosis = any(bytes);
     result.contribution = any(bytes);
@@ -139,7 +140,7 @@ static void send(bytes_t *bytes)
 {
     davar_encoder_session(&encoder, byte(bytes));
     davar_encoder_monitor(&encoder, ((byte(bytes) % 4U) == 0U) ? NULL : &misfit);
-    davar_encoder_begin(&encoder, &result, &health);
+    davar_encoder_begin(&encoder, &result, &report, &health);
     check_frames();
 }
 
@@ -195,7 +196,7 @@ static void send_telemetry(bytes_t *bytes)
             add_packet(&packet);
             REQUIRE(!davar_telemetry_heartbeat(&telemetry, now, &packet));
         }
-        davar_telemetry_begin(&telemetry, &result, now);
+        davar_telemetry_begin(&telemetry, &result, &report, now);
         while (davar_telemetry_next(&telemetry, &packet)) {
             add_packet(&packet);
             REQUIRE(++packets <= 6U);

@@ -7,6 +7,7 @@
 #include "davar/state.h"
 #include "digest.h"
 #include "fuzzing.h"
+#include "reported.h"
 
 #include <math.h>
 
@@ -96,12 +97,12 @@ static void change_over(void)
     memset(memory[1U - current], 0x5A, sizeof memory[0]); /* nothing of it may be read */
 }
 
-static void check(const davar_result_t *result)
+static void check(const davar_result_t *result, const davar_glr_report_t *report)
 {
     REQUIRE((result->window_samples >= config.window.shortest) &&
             (result->window_samples <= config.window.longest));
     REQUIRE(result->epoch < accepted.now);
-    REQUIRE(!result->young || (instances[current].health.cuts > 0U));
+    REQUIRE(!report->young || (instances[current].health.cuts > 0U));
     if (config.window.gaps_max < 400U) {
         return;
     }
@@ -123,9 +124,10 @@ static void check(const davar_result_t *result)
 static void take(void)
 {
     davar_result_t result;
-    if (davar_take(&instances[current], &result)) {
-        add_fields(&result);
-        check(&result);
+    davar_glr_report_t report;
+    if (take_reported(&instances[current], &result, &report)) {
+        add_fields(&result, &report);
+        check(&result, &report);
     }
 }
 

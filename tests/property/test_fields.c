@@ -11,6 +11,7 @@ static const uint32_t taus[32] = {1U};
 static davar_config_t config;
 static davar_encoder_t encoder;
 static davar_result_t result;
+static davar_glr_report_t report;
 static davar_can_health_t health;
 static davar_decoded_t wire;
 static bool is_long;
@@ -21,6 +22,7 @@ void setUp(void)
     config = (davar_config_t){
         .rate_hz = 100.0, .stride = 1U, .law = &davar_law_glr_q15, .taus = taus, .tau_count = 32U};
     result = (davar_result_t){.window_samples = 1U, .tau_count = 32U};
+    report = (davar_glr_report_t){.young = false};
     health = (davar_can_health_t){{0}};
 }
 
@@ -29,7 +31,7 @@ void tearDown(void) {}
 static void begin(uint8_t content)
 {
     TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, 0U, content));
-    davar_encoder_begin(&encoder, &result, &health);
+    davar_encoder_begin(&encoder, &result, &report, &health);
 }
 
 /* The next frame of this message, decoded. */
@@ -163,19 +165,19 @@ static void test_every_deviation_and_uncertainty(void)
 static void test_change(void)
 {
     for (uint32_t i = 0U; i < (1U << 20U); i += is_long ? 1U : (7U * step)) {
-        result.cut_age_samples = i;
-        result.change.m = (i < 4096U) ? i : ((i % 2U) * 4095U);
+        report.cut_age_samples = i;
+        report.change.m = (i < 4096U) ? i : ((i % 2U) * 4095U);
         const uint32_t dispersion = (i < 4096U) ? (4095U - i) : ((i / 2U) % 2U * 4095U);
         result.dispersion = scaled(dispersion, 12U, 1e-2);
-        result.alarm = (i % 3U) == 0U;
-        result.young = (i % 5U) == 0U;
+        report.alarm = (i % 3U) == 0U;
+        report.young = (i % 5U) == 0U;
         begin(0U);
         receive(DAVAR_MESSAGE_CHANGE);
         TEST_ASSERT_EQUAL_UINT32(i, wire.cut_age_samples);
-        TEST_ASSERT_EQUAL_UINT32(result.change.m, wire.change_m);
+        TEST_ASSERT_EQUAL_UINT32(report.change.m, wire.change_m);
         same_scaled(dispersion, 12U, 1e-2, wire.dispersion);
-        TEST_ASSERT_EQUAL(result.alarm, wire.alarm);
-        TEST_ASSERT_EQUAL(result.young, wire.young);
+        TEST_ASSERT_EQUAL(report.alarm, wire.alarm);
+        TEST_ASSERT_EQUAL(report.young, wire.young);
     }
 }
 

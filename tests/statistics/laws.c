@@ -3,9 +3,12 @@
 #include "davar/fit.h"
 #include "heavy_noise.h"
 #include "low_pass.h"
+#include "reported.h"
 #include "statistics.h"
 
 #include <string.h>
+
+static davar_glr_report_t reported;
 
 /* ---- by the time since a step ---- */
 
@@ -86,7 +89,7 @@ static void judge_tracked(const tracked_t *row, bin_t bins[BINS])
     const double sigma = sigma_at(row, result.epoch);
     const double truth = 60.0 * sqrt(((sigma * sigma) + (1.0 / 12.0)) / row->rate_hz);
     const uint64_t since = result.epoch % row->stretch;
-    const bool is_cut = (row->ratio <= 1.0) || (result.cut_age_samples <= (since + 30U));
+    const bool is_cut = (row->ratio <= 1.0) || (reported.cut_age_samples <= (since + 30U));
     bin_t *bin = bins;
     while (since >= row->until[bin - bins]) {
         bin++;
@@ -95,7 +98,7 @@ static void judge_tracked(const tracked_t *row, bin_t bins[BINS])
     const davar_coefficient_t *const arw = &result.coefficient[DAVAR_ANGLE_RANDOM_WALK];
     const bool is_held = arw->present && contains(arw->low, arw->high, truth);
     bin->all += 1.0;
-    bin->marked += ((row->time == SINCE_CUT) ? is_cut : result.young) ? 1.0 : 0.0;
+    bin->marked += ((row->time == SINCE_CUT) ? is_cut : reported.young) ? 1.0 : 0.0;
     if ((row->time != SINCE_CUT) || is_cut) {
         bin->offered += arw->present ? 1.0 : 0.0;
         bin->held += is_held ? 1.0 : 0.0;
@@ -129,7 +132,7 @@ static void run_tracked(const void *of, unsigned trials, uint64_t seed)
     for (uint64_t i = 0U; i < (trials / row->part) * row->stretch; i++) {
         const int16_t sample = (int16_t)lround(sigma_at(row, i) * random_gauss(&random));
         davar_push_q15(&davar, &sample, 1U);
-        if (davar_take(&davar, &result) && (result.epoch >= row->stretch)) {
+        if (take_reported(&davar, &result, &reported) && (result.epoch >= row->stretch)) {
             judge_tracked(row, bins);
         }
     }
@@ -388,9 +391,9 @@ static void start_steady(const steady_t *row)
 
 static void note(shown_t *shown, double truth, uint64_t before, uint32_t second)
 {
-    const davar_steady_t *const now = &result.steady;
-    shown->alarms += result.alarm ? 1.0 : 0.0;
-    shown->restarts += (!result.alarm && (now->samples < before)) ? 1.0 : 0.0;
+    const davar_steady_t *const now = &reported.steady;
+    shown->alarms += reported.alarm ? 1.0 : 0.0;
+    shown->restarts += (!reported.alarm && (now->samples < before)) ? 1.0 : 0.0;
     if (now->samples == 0U) {
         require(isnan(now->low) && isnan(now->high) && isnan(now->level), "steady: not withheld");
         return;
@@ -428,9 +431,9 @@ static shown_t show(const steady_t *row, uint32_t samples, uint64_t seed)
         if ((row->gap_every > 0U) && ((i % row->gap_every) == 0U)) {
             davar_gap(&davar, 1U);
         }
-        if (davar_take(&davar, &result)) {
+        if (take_reported(&davar, &result, &reported)) {
             note(&shown, level, before, (i + 1U) / SECOND);
-            before = result.steady.samples;
+            before = reported.steady.samples;
         }
     }
     return shown;

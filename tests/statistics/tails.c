@@ -5,6 +5,7 @@
 #include "heavy_noise.h"
 #include "learning/learn.h"
 #include "low_pass.h"
+#include "reported.h"
 #include "statistics.h"
 
 #include <string.h>
@@ -146,6 +147,7 @@ static void run_chosen(const noise_kind_t *kind, const chosen_t *one, unsigned t
     source_t source = source_seeded(seed);
     low_pass_t state = low_pass_of(filter, 1.0);
     double adev[DAVAR_TAUS_MAX];
+    davar_glr_report_t reported;
     score = (score_t){0};
     configure(one->law, one->shortest, one->longest, 100U);
     config.tau_count = 7U; /* to 64 samples */
@@ -158,8 +160,8 @@ static void run_chosen(const noise_kind_t *kind, const chosen_t *one, unsigned t
     for (uint32_t i = 0U; i < (trials + 10U) * one->every; i++) {
         const int32_t sample = next_sample(kind, one->is_filtered, &source, &state);
         davar_push_q31(&davar, &sample, 1U);
-        if (((i % one->every) == 0U) && (i >= 10U * one->every) && davar_take(&davar, &result) &&
-            !result.young) {
+        if (((i % one->every) == 0U) && (i >= 10U * one->every) &&
+            take_reported(&davar, &result, &reported) && !reported.young) {
             davar_fit(&plan, 1.0, &result);
             score_add(&score, &result, truth_1, adev);
         }

@@ -4,7 +4,7 @@
 #ifndef DAVAR_TESTS_DIGEST_H
 #define DAVAR_TESTS_DIGEST_H
 
-#include "davar/types.h"
+#include "davar/glr.h"
 
 #include <stdint.h>
 #include <string.h>
@@ -35,21 +35,23 @@ static inline void add_float(float value)
     add(((bits << 1U) > (UINT32_C(0xFF) << 24U)) ? 1U : bits);
 }
 
-/* All fields that a caller reads. */
-static inline void add_fields(const davar_result_t *result)
+/* All fields that a caller reads; report: null without law glr. */
+static inline void add_fields(const davar_result_t *result, const davar_glr_report_t *given)
 {
+    static const davar_glr_report_t none;
+    const davar_glr_report_t *const report = (given != NULL) ? given : &none;
     add(result->epoch);
     add(result->window_samples + ((uint64_t)result->mirrored_samples << 32U));
-    add(result->gaps_in_window + ((uint64_t)result->cut_age_samples << 32U));
-    add(result->change.m);
-    add_double(result->change.older);
-    add_double(result->change.newer);
-    add_double(result->change.gain);
-    add(result->steady.samples);
-    add_double(result->steady.level);
-    add_double(result->steady.low);
-    add_double(result->steady.high);
-    add((result->unstable ? 1U : 0U) + (result->young ? 2U : 0U) + (result->alarm ? 4U : 0U) +
+    add(result->gaps_in_window + ((uint64_t)report->cut_age_samples << 32U));
+    add(report->change.m);
+    add_double(report->change.older);
+    add_double(report->change.newer);
+    add_double(report->change.gain);
+    add(report->steady.samples);
+    add_double(report->steady.level);
+    add_double(report->steady.low);
+    add_double(report->steady.high);
+    add((result->unstable ? 1U : 0U) + (report->young ? 2U : 0U) + (report->alarm ? 4U : 0U) +
         (result->tau_count * 8U) + ((uint32_t)result->noise * 512U));
     add_double(result->unit_per_count);
     add_double(result->kurtosis);

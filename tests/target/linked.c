@@ -68,7 +68,7 @@ static void more(void)
     (void)davar_state_save(&davar, &storage);
     (void)davar_state_restore(&davar, &storage);
     davar_monitor_update(&monitor, &result, &misfit);
-    davar_encoder_begin(&encoder, &result, &health);
+    davar_encoder_begin(&encoder, &result, NULL, &health);
     (void)davar_encoder_next(&encoder, &frame);
     output = (double)davar_health(&davar).gaps;
 }

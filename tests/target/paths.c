@@ -6,6 +6,7 @@
 #include "davar/cascade.h"
 #include "davar/davar.h"
 #include "davar/fit.h"
+#include "davar/glr.h"
 
 int main(void)
 {

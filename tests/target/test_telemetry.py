@@ -27,7 +27,7 @@ davar_result_t result;
 void _start(void)
 {
     (void)davar_telemetry_init(&telemetry, &%s, &from, 100.0);
-    davar_telemetry_begin(&telemetry, &result, 1U);
+    davar_telemetry_begin(&telemetry, &result, NULL, 1U);
     while (davar_telemetry_next(&telemetry, &packet)) {
     }
     (void)davar_telemetry_heartbeat(&telemetry, 1U, &packet);

@@ -5,6 +5,7 @@
 #include "davar/state.h"
 
 #include "random.h"
+#include "reported.h"
 #include "unity.h"
 
 #include <math.h>
@@ -23,6 +24,7 @@ static davar_config_t config;
 static uint64_t memory[4096];
 static davar_t davar;
 static davar_result_t result;
+static davar_glr_report_t report;
 static int16_t stream[SAMPLES];
 
 void setUp(void)
@@ -64,7 +66,7 @@ static uint32_t run(uint32_t from, uint32_t to, uint32_t *first)
     uint32_t alarms = 0U;
     for (uint32_t n = from; n < to; n++) {
         davar_push_q15(&davar, &stream[n], 1U);
-        if (davar_take(&davar, &result) && result.alarm) {
+        if (take_reported(&davar, &result, &report) && report.alarm) {
             *first = (alarms == 0U) ? (uint32_t)result.epoch : *first;
             alarms++;
         }
@@ -94,31 +96,65 @@ static void test_a_step_reports_both_levels(void)
     make_stream(1U, 2.0);
     init_q15();
     TEST_ASSERT_EQUAL_UINT32(0U, run(0U, STEP, &first));
-    TEST_ASSERT_EQUAL_UINT32(0U, result.change.m);
-    TEST_ASSERT_TRUE(isnan(result.change.older) && isnan(result.change.newer) &&
-                     isnan(result.change.gain));
+    TEST_ASSERT_EQUAL_UINT32(0U, report.change.m);
+    TEST_ASSERT_TRUE(isnan(report.change.older) && isnan(report.change.newer) &&
+                     isnan(report.change.gain));
     /* 600 samples, and the one that brings the result of the last of them */
     TEST_ASSERT_EQUAL_UINT32(1U, run(STEP, STEP + 601U, &first));
-    TEST_ASSERT_EQUAL_UINT32(1U, result.change.m);
-    TEST_ASSERT_DOUBLE_WITHIN(0.03 * UNIT * SIGMA, UNIT * SIGMA, result.change.older);
-    TEST_ASSERT_TRUE(result.change.gain > 14.0);
+    TEST_ASSERT_EQUAL_UINT32(1U, report.change.m);
+    TEST_ASSERT_DOUBLE_WITHIN(0.03 * UNIT * SIGMA, UNIT * SIGMA, report.change.older);
+    TEST_ASSERT_TRUE(report.change.gain > 14.0);
     /* the cut is at the alarm: there was no other */
-    const uint32_t begin = (uint32_t)result.epoch + 1U - result.cut_age_samples;
+    const uint32_t begin = (uint32_t)result.epoch + 1U - report.cut_age_samples;
     TEST_ASSERT_UINT32_WITHIN(20U, STEP, begin);
     const double expected = level_of(begin, STEP + 600U);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-8 * expected, expected, result.change.newer);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-8 * expected, expected, report.change.newer);
 }
 
 static void test_other_laws_report_no_change(void)
 {
+    static const davar_law_t *const laws[] = {NULL, &davar_law_or};
     uint32_t first = 0U;
     make_stream(1U, 2.0);
-    config.law = NULL;
+    config.moments.segment = 5U;
+    for (size_t i = 0U; i < sizeof laws / sizeof laws[0]; i++) {
+        memset(&report, 0xA5, sizeof report);
+        config.law = laws[i];
+        init_q15();
+        TEST_ASSERT_EQUAL_UINT32(0U, run(STEP, STEP + 2000U, &first));
+        TEST_ASSERT_EQUAL_UINT32(0U, report.cut_age_samples);
+        TEST_ASSERT_FALSE(report.young || report.alarm || result.chosen);
+        TEST_ASSERT_EQUAL_UINT32(0U, report.change.m);
+        TEST_ASSERT_TRUE(isnan(report.change.older) && isnan(report.change.newer) &&
+                         isnan(report.change.gain));
+        TEST_ASSERT_EQUAL_UINT64(0U, report.steady.samples);
+        TEST_ASSERT_TRUE(isnan(report.steady.level) && isnan(report.steady.low) &&
+                         isnan(report.steady.high) && isnan(result.dispersion));
+    }
+}
+
+/* The report is the same until the next push, except for the alarm, which is new only once. A reset
+ * forgets it. */
+static void test_a_report_returns_an_alarm_once(void)
+{
+    davar_glr_report_t again;
+    make_stream(1U, 2.0);
     init_q15();
-    (void)run(STEP, STEP + 2000U, &first);
-    TEST_ASSERT_EQUAL_UINT32(0U, result.change.m);
-    TEST_ASSERT_TRUE(isnan(result.change.older) && isnan(result.change.newer) &&
-                     isnan(result.change.gain));
+    for (uint32_t n = 0U; davar_health(&davar).alarms == 0U; n++) {
+        davar_push_q15(&davar, &stream[STEP - 5000U + n], 1U);
+    }
+    davar_glr_report(&davar, &report); /* no result was taken */
+    davar_glr_report(&davar, &again);
+    TEST_ASSERT_TRUE(report.alarm);
+    TEST_ASSERT_FALSE(again.alarm);
+    again.alarm = true;
+    TEST_ASSERT_EQUAL_MEMORY(&report.change, &again.change, sizeof report.change);
+    TEST_ASSERT_EQUAL_UINT32(report.cut_age_samples, again.cut_age_samples);
+    TEST_ASSERT_TRUE(davar_take(&davar, &result));
+    davar_reset(&davar);
+    davar_glr_report(&davar, &again);
+    TEST_ASSERT_FALSE(again.alarm || again.young);
+    TEST_ASSERT_EQUAL_UINT32(0U, again.change.m);
 }
 
 /* Only rounding remains: level 0. If gaps have removed all samples, there is no level. */
@@ -128,8 +164,8 @@ static void test_a_sensor_that_is_stuck_has_level_0(void)
     make_stream(2U, 0.0);
     init_q15();
     TEST_ASSERT_EQUAL_UINT32(1U, run(STEP - 5000U, STEP + 500U, &first));
-    TEST_ASSERT_TRUE(result.change.newer <= 0.0);
-    TEST_ASSERT_TRUE(result.change.older > 0.9 * UNIT * SIGMA);
+    TEST_ASSERT_TRUE(report.change.newer <= 0.0);
+    TEST_ASSERT_TRUE(report.change.older > 0.9 * UNIT * SIGMA);
     config.window.gaps_max = 400U;
     config.stride = 1U;
     make_stream(1U, 2.0);
@@ -141,10 +177,10 @@ static void test_a_sensor_that_is_stuck_has_level_0(void)
     }
     (void)run(STEP + 1000U, STEP + 1009U, &first);
     while (davar_flush(&davar)) {
-        TEST_ASSERT_TRUE(davar_take(&davar, &result));
+        TEST_ASSERT_TRUE(take_reported(&davar, &result, &report));
     }
-    TEST_ASSERT_TRUE(isnan(result.change.newer));
-    TEST_ASSERT_TRUE(result.change.older > 0.9 * UNIT * SIGMA);
+    TEST_ASSERT_TRUE(isnan(report.change.newer));
+    TEST_ASSERT_TRUE(report.change.older > 0.9 * UNIT * SIGMA);
 }
 
 static void test_a_restored_stream_reports_the_same(void)
@@ -156,13 +192,13 @@ static void test_a_restored_stream_reports_the_same(void)
     TEST_ASSERT_EQUAL(DAVAR_STATE_OK, davar_state_save(&davar, &storage));
     TEST_ASSERT_EQUAL_UINT32(1U, run(STEP + 7U, STEP + 3000U, &first));
     const uint32_t before = first;
-    const davar_change_t expected = result.change;
+    const davar_change_t expected = report.change;
     init_q15();
     TEST_ASSERT_EQUAL(DAVAR_STATE_OK, davar_state_restore(&davar, &storage));
     TEST_ASSERT_EQUAL_UINT32(1U, run(STEP + 7U, STEP + 3000U, &first));
     TEST_ASSERT_EQUAL_UINT32(before, first);
-    TEST_ASSERT_EQUAL_DOUBLE(expected.older, result.change.older);
-    TEST_ASSERT_EQUAL_DOUBLE(expected.newer, result.change.newer);
+    TEST_ASSERT_EQUAL_DOUBLE(expected.older, report.change.older);
+    TEST_ASSERT_EQUAL_DOUBLE(expected.newer, report.change.newer);
     config.glr.shock_blocks = 1U; /* another configuration */
     init_q15();
     TEST_ASSERT_EQUAL(DAVAR_STATE_ERR_FOREIGN, davar_state_restore(&davar, &storage));
@@ -178,21 +214,16 @@ static void test_intervals_of_a_chosen_window_are_wider(void)
     init_q15();
     (void)run(0U, 3000U, &first);
     davar_plan_init(&plan, taus, 4U);
-    TEST_ASSERT_FALSE(result.young);
-    davar_result_t young = result;
+    TEST_ASSERT_FALSE(result.chosen);
     davar_result_t chosen = result;
-    young.young = true;
-    chosen.cut_age_samples = (2U * chosen.window_samples) + 1U;
+    chosen.chosen = true;
     (void)davar_fit_white(&plan, 100.0, &result);
-    (void)davar_fit_white(&plan, 100.0, &young);
     (void)davar_fit_white(&plan, 100.0, &chosen);
-    TEST_ASSERT_TRUE((result.noise == DAVAR_NOISE_WHITE) && (young.noise == DAVAR_NOISE_WHITE) &&
-                     (chosen.noise == DAVAR_NOISE_WHITE));
+    TEST_ASSERT_TRUE((result.noise == DAVAR_NOISE_WHITE) && (chosen.noise == DAVAR_NOISE_WHITE));
     for (uint32_t t = 0U; t < 4U; t++) {
         TEST_ASSERT_DOUBLE_WITHIN(1e-3 * result.tau[t].edf, 0.4375 * result.tau[t].edf,
-                                  young.tau[t].edf);
-        TEST_ASSERT_EQUAL_DOUBLE(young.tau[t].edf, chosen.tau[t].edf);
-        TEST_ASSERT_TRUE(young.tau[t].high > result.tau[t].high);
+                                  chosen.tau[t].edf);
+        TEST_ASSERT_TRUE(chosen.tau[t].high > result.tau[t].high);
     }
 }
 
@@ -207,7 +238,7 @@ static void check_end(uint32_t stride, uint32_t count)
     init_q15();
     (void)run(0U, count, &first);
     while (davar_flush(&davar)) {
-        TEST_ASSERT_TRUE(davar_take(&davar, &result));
+        TEST_ASSERT_TRUE(take_reported(&davar, &result, &report));
     }
     TEST_ASSERT_FALSE(davar_flush(&davar));
     TEST_ASSERT_EQUAL_UINT64(((count / stride) * stride) - 1U, result.epoch);
@@ -234,7 +265,7 @@ static void test_a_shock_at_the_end_is_left(void)
     init_q15();
     (void)run(0U, 3004U, &first);
     while (davar_flush(&davar)) {
-        TEST_ASSERT_TRUE(davar_take(&davar, &result));
+        TEST_ASSERT_TRUE(take_reported(&davar, &result, &report));
     }
     TEST_ASSERT_EQUAL_UINT64(2989U, result.epoch);
     TEST_ASSERT_EQUAL(DAVAR_STATE_OK, davar_state_save(&davar, &storage));
@@ -254,6 +285,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_a_step_reports_both_levels);
     RUN_TEST(test_other_laws_report_no_change);
+    RUN_TEST(test_a_report_returns_an_alarm_once);
     RUN_TEST(test_a_sensor_that_is_stuck_has_level_0);
     RUN_TEST(test_a_restored_stream_reports_the_same);
     RUN_TEST(test_intervals_of_a_chosen_window_are_wider);

@@ -4,6 +4,7 @@
 #include "accepted.h"
 #include "davar/state.h"
 #include "random.h"
+#include "reported.h"
 #include "unity.h"
 
 #include <math.h>
@@ -119,19 +120,24 @@ static bool is_glr(void)
 }
 
 /* Up to eight blocks after a cut, and until the window does not reach it (10.14). */
-static bool is_young(const davar_t *davar, const davar_result_t *result)
+static bool is_young(const davar_t *davar, const davar_result_t *result,
+                     const davar_glr_report_t *report)
 {
     return is_glr() && (davar->health.cuts > 0U) &&
-           ((result->cut_age_samples <= (8U * config.glr.block)) ||
-            (result->cut_age_samples < result->window_samples));
+           ((report->cut_age_samples <= (8U * config.glr.block)) ||
+            (report->cut_age_samples < result->window_samples));
 }
 
-static void check(const davar_t *davar, const davar_result_t *result)
+static void check(const davar_t *davar, const davar_result_t *result,
+                  const davar_glr_report_t *report)
 {
     const uint64_t head = accepted_head(&accepted, result->epoch);
     const uint64_t tail = head - result->window_samples;
     TEST_ASSERT_GREATER_OR_EQUAL_UINT64(result->window_samples, head);
-    TEST_ASSERT_EQUAL(is_young(davar, result), result->young);
+    TEST_ASSERT_EQUAL(is_young(davar, result, report), report->young);
+    TEST_ASSERT_EQUAL(report->young || ((report->cut_age_samples - (report->cut_age_samples / 2U)) >
+                                        result->window_samples),
+                      result->chosen);
     for (uint32_t t = 0U; t < TAUS; t++) {
         uint32_t differences = 0U;
         const double m = (double)taus[t];
@@ -173,6 +179,7 @@ static void run_forever(const forever_t *run)
 {
     davar_t *davar = &instances[0];
     davar_result_t result;
+    davar_glr_report_t report;
     random_t random = random_seeded(5U);
     configure(run);
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(davar, &config, memory[0], sizeof memory[0]));
@@ -191,8 +198,8 @@ static void run_forever(const forever_t *run)
         davar_push_q15(davar, &sample, 1U);
         const bool is_late =
             (run->stride > 1U) && ((n % 4U) != 3U); /* up to three samples after the epoch */
-        if (!is_late && davar_take(davar, &result)) {
-            check(davar, &result);
+        if (!is_late && take_reported(davar, &result, &report)) {
+            check(davar, &result, &report);
             checked++;
             shortest = (result.window_samples < shortest) ? result.window_samples : shortest;
         }

@@ -11,6 +11,7 @@ static const uint32_t taus[10] = {1, 2, 4, 8, 16, 32, 64, 128, 256, 512};
 static davar_config_t config;
 static davar_encoder_t encoder;
 static davar_result_t result;
+static davar_glr_report_t report;
 static davar_can_health_t health;
 static davar_frame_t frame;
 static davar_decoded_t wire;
@@ -43,12 +44,25 @@ static size_t count_frames(uint8_t content, uint8_t tau_count)
     config.tau_count = tau_count;
     result.tau_count = tau_count;
     TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, 0U, content));
-    davar_encoder_begin(&encoder, &result, &health);
+    davar_encoder_begin(&encoder, &result, &report, &health);
     while (davar_encoder_next(&encoder, &frame)) {
         TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_CAN_BASE, &wire));
         count++;
     }
     return count;
+}
+
+/* Those of a change are sent if law glr reported: one, or all four. */
+static void test_a_report_adds_frames_to_a_result(void)
+{
+    config.law = &davar_law_glr_q15;
+    TEST_ASSERT_EQUAL(7, count_frames(0U, 3U));
+    TEST_ASSERT_EQUAL(13, count_frames(DAVAR_SEND_ADEV, 3U));
+    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, 0U, 0U));
+    davar_encoder_begin(&encoder, &result, NULL, &health);
+    while (davar_encoder_next(&encoder, &frame)) {
+        TEST_ASSERT_NOT_EQUAL(DAVAR_CAN_BASE + DAVAR_MESSAGE_CHANGE, frame.identifier);
+    }
 }
 
 static void test_the_content_decides_how_many_frames_a_result_has(void)
@@ -86,7 +100,7 @@ static void test_identifiers_beyond_eleven_bits_are_rejected(void)
 /* The item of the first health frame of the next result. */
 static uint8_t next_health_item(void)
 {
-    davar_encoder_begin(&encoder, &result, &health);
+    davar_encoder_begin(&encoder, &result, &report, &health);
     uint8_t item = 255U;
     while (davar_encoder_next(&encoder, &frame)) {
         TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_CAN_BASE, &wire));
@@ -220,7 +234,7 @@ static void test_impossible_values_are_rejected_and_absent_ones_are_not(void)
 static davar_decode_status_t status_of_fd(void)
 {
     TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, 0U, DAVAR_SEND_FD));
-    davar_encoder_begin(&encoder, &result, &health);
+    davar_encoder_begin(&encoder, &result, &report, &health);
     TEST_ASSERT_TRUE(davar_encoder_next(&encoder, &frame));
     return davar_decode(&frame, DAVAR_CAN_BASE, &wire);
 }
@@ -356,7 +370,7 @@ static void test_the_setup_contains_the_size_of_a_count_when_counts_are_sent(voi
         config.unit_per_count = units[i];
         TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, 0U, DAVAR_SEND_RAW));
         for (unsigned n = 0U; n < 6U; n++) {
-            davar_encoder_begin(&encoder, &result, &health);
+            davar_encoder_begin(&encoder, &result, &report, &health);
             while (davar_encoder_next(&encoder, &frame)) {
                 TEST_ASSERT_EQUAL(DAVAR_DECODED, seen());
                 if ((wire.message == DAVAR_MESSAGE_SETUP) && (wire.index == DAVAR_SETUP_UNIT)) {
@@ -381,6 +395,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_the_content_decides_how_many_frames_a_result_has);
+    RUN_TEST(test_a_report_adds_frames_to_a_result);
     RUN_TEST(test_the_digest_is_fnv_1a);
     RUN_TEST(test_identifiers_beyond_eleven_bits_are_rejected);
     RUN_TEST(test_a_health_counter_that_changed_goes_first);

@@ -5,7 +5,6 @@
 #include "unity.h"
 
 #include <math.h>
-#include <string.h>
 
 #define BLOCK 10U
 #define NU 9.0
@@ -23,19 +22,16 @@ static davar_steady_t steady_of(double variance, uint32_t blocks, uint32_t f, do
                                 uint32_t shock_blocks)
 {
     davar_config_t config = davar_default_config;
-    davar_glr_words_t words = {.dispersion = f};
-    davar_law_words_t read;
-    davar_result_t result = {.window_samples = 0U};
+    davar_glr_copy_t copy = {.dispersion = f};
+    davar_glr_report_t report = {.young = false};
     const double sum = blocks * ((UNIT * variance) + FLOOR);
-    words.steady.high = (uint32_t)(sum / 18446744073709551616.0);
-    words.steady.low = (uint64_t)(sum - (words.steady.high * 18446744073709551616.0));
-    words.steady.blocks = blocks;
-    words.shocks.low = (uint64_t)shocks;
-    words.shocks.blocks = shock_blocks;
-    memset(&read, 0, sizeof read);
-    memcpy(&read, &words, sizeof words);
-    davar_glr_report(&config, 0.5, &read, &result);
-    return result.steady;
+    copy.steady.high = (uint32_t)(sum / 18446744073709551616.0);
+    copy.steady.low = (uint64_t)(sum - (copy.steady.high * 18446744073709551616.0));
+    copy.steady.blocks = blocks;
+    copy.shocks.low = (uint64_t)shocks;
+    copy.shocks.blocks = shock_blocks;
+    davar_glr_evaluate(&config, 0.5, &copy, &report);
+    return report.steady;
 }
 
 /* ln of the mixture's likelihood ratio for n degrees of freedom and q = n times the ratio of the

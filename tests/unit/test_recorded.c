@@ -9,6 +9,7 @@
 
 #include "digest.h"
 #include "random.h"
+#include "reported.h"
 #include "unity.h"
 
 #include <float.h>
@@ -50,12 +51,13 @@ static uint64_t memory[20000];
 static davar_t davar;
 static davar_plan_t plan;
 static davar_result_t result;
+static davar_glr_report_t report;
 
 static void add_result(double rate_hz)
 {
-    add_fields(&result);
+    add_fields(&result, &report);
     (void)davar_fit_white(&plan, rate_hz, &result);
-    add_fields(&result);
+    add_fields(&result, &report);
 }
 
 /* Nearly Gaussian noise of 12 counts: loud for a while, a ramp, a line, shocks of a sample and of
@@ -75,7 +77,7 @@ static int32_t sample_at(uint32_t i)
 
 static void take_all(double rate_hz)
 {
-    while (davar_take(&davar, &result)) {
+    while (take_reported(&davar, &result, &report)) {
         add_result(rate_hz);
     }
 }
@@ -225,16 +227,16 @@ static void test_fits_of_unlikely_deviations(void)
         }
         const davar_result_t made = result;
         davar_fit(&plan, 100.0, &result);
-        add_fields(&result);
+        add_fields(&result, NULL);
         result = made;
         (void)davar_fit_white(&plan, 100.0, &result);
-        add_fields(&result);
+        add_fields(&result, NULL);
     }
     for (uint32_t t = 0U; t < result.tau_count; t++) { /* a sensor that is stuck */
         result.tau[t].adev = 0.0;
     }
     (void)davar_fit_white(&plan, 100.0, &result);
-    add_fields(&result);
+    add_fields(&result, NULL);
     expect(UINT64_C(0x6716216CB154D6E1));
 }
 
@@ -294,11 +296,11 @@ static void add_both_fits(void)
     const davar_result_t made = result;
     davar_fit(&plan, 100.0, &result);
     add((uint64_t)result.noise);
-    add_fields(&result);
+    add_fields(&result, NULL);
     result = made;
     (void)davar_fit_white(&plan, 100.0, &result);
     add((uint64_t)result.noise);
-    add_fields(&result);
+    add_fields(&result, NULL);
 }
 
 /* The kurtosis differs from window to window, then it is that of Gaussian noise. Every fifth window

@@ -28,7 +28,7 @@ void tearDown(void) {}
 static void begin(const davar_dialect_t *dialect)
 {
     TEST_ASSERT_TRUE(davar_telemetry_init(&telemetry, dialect, &home, 100.0));
-    davar_telemetry_begin(&telemetry, &result, 5000000U);
+    davar_telemetry_begin(&telemetry, &result, NULL, 5000000U);
 }
 
 static uint32_t count_packets(const davar_dialect_t *dialect)
@@ -115,7 +115,7 @@ static void test_a_payload_loses_its_trailing_zeros_but_not_its_first_byte(void)
     result.window_samples = 0U;
     const davar_telemetry_address_t first = {.channel = 0U, .node = 1U, .system = 1U};
     TEST_ASSERT_TRUE(davar_telemetry_init(&telemetry, &davar_mavlink_gyro_noise, &first, 0.0));
-    davar_telemetry_begin(&telemetry, &result, 0U);
+    davar_telemetry_begin(&telemetry, &result, NULL, 0U);
     TEST_ASSERT_TRUE(davar_telemetry_next(&telemetry, &packet));
     TEST_ASSERT_EQUAL(1, packet.data[1]);
     TEST_ASSERT_EQUAL(10 + 1 + 2, packet.length);
@@ -154,7 +154,7 @@ static void test_the_channels_of_a_sender_share_its_sequence(void)
         begin(dialects[i]);
         for (uint32_t number = 0U; number < 12U; number++) {
             TEST_ASSERT_TRUE(davar_telemetry_set_channel(&telemetry, (uint8_t)(number % 3U)));
-            davar_telemetry_begin(&telemetry, &result, 0U);
+            davar_telemetry_begin(&telemetry, &result, NULL, 0U);
             for (; davar_telemetry_next(&telemetry, &packet); count++) {
                 const uint8_t number_byte = packet.data[(i == 0U) ? 4U : (packet.length - 1U)];
                 TEST_ASSERT_EQUAL(count % 32U, number_byte & 31U);
@@ -248,14 +248,18 @@ static void test_heartbeats_count_in_the_sequence_of_mavlink_only(void)
     TEST_ASSERT_EQUAL_HEX8(0xC0U, packet.data[7]);
 }
 
+/* Without a report, only those of the result are set. */
 static void test_each_flag_is_one_bit_of_state(void)
 {
     result.noise = DAVAR_NOISE_FILTERED;
     for (uint32_t flags = 0U; flags < 8U; flags++) {
+        const davar_glr_report_t report = {.young = (flags & 2U) != 0U,
+                                           .alarm = (flags & 4U) != 0U};
         result.unstable = (flags & 1U) != 0U;
-        result.young = (flags & 2U) != 0U;
-        result.alarm = (flags & 4U) != 0U;
-        TEST_ASSERT_EQUAL(5U + (8U * flags), davar_quantity_state(&result));
+        davar_telemetry_begin(&telemetry, &result, &report, 0U);
+        TEST_ASSERT_EQUAL(5U + (8U * flags), davar_quantity_state(&telemetry));
+        davar_telemetry_begin(&telemetry, &result, NULL, 0U);
+        TEST_ASSERT_EQUAL(5U + (8U * (flags & 1U)), davar_quantity_state(&telemetry));
     }
 }
 

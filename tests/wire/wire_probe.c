@@ -35,7 +35,8 @@ static double any(random_t *random)
     return (choice == 1U) ? 0.0 : pow(10.0, 14.0 * random_uniform(random) - 7.0);
 }
 
-static void make(random_t *random, davar_result_t *result, davar_can_health_t *health)
+static void make(random_t *random, davar_result_t *result, davar_glr_report_t *report,
+                 davar_can_health_t *health)
 {
     *result = (davar_result_t){
         .epoch = random_next(random) >> (random_next(random) % 40U),
@@ -54,13 +55,13 @@ static void make(random_t *random, davar_result_t *result, davar_can_health_t *h
         result->coefficient[k] = (davar_coefficient_t){
             .value = value, .low = 0.8 * value, .high = (value + any(random)) * 1.1};
     }
-    result->alarm = (random_next(random) & 1U) != 0U;
-    result->young = (random_next(random) & 1U) != 0U;
-    result->cut_age_samples =
+    report->alarm = (random_next(random) & 1U) != 0U;
+    report->young = (random_next(random) & 1U) != 0U;
+    report->cut_age_samples =
         (uint32_t)(random_next(random) >> (32U + (random_next(random) % 20U)));
     result->dispersion =
         ((random_next(random) % 8U) == 0U) ? (double)NAN : (50.0 * random_uniform(random));
-    result->change = (davar_change_t){.m = (uint32_t)(random_next(random) % 513U),
+    report->change = (davar_change_t){.m = (uint32_t)(random_next(random) % 513U),
                                       .older = any(random),
                                       .newer = any(random),
                                       .gain = any(random)};
@@ -78,7 +79,8 @@ static void make_misfit(random_t *random, davar_misfit_t *misfit)
     }
 }
 
-static void print_result(const davar_result_t *result, const davar_can_health_t *health)
+static void print_result(const davar_result_t *result, const davar_glr_report_t *report,
+                         const davar_can_health_t *health)
 {
     (void)printf("R %llu %u %d %.17g %.17g %d\n", (unsigned long long)result->epoch,
                  result->window_samples, (int)result->unstable, result->kurtosis,
@@ -91,9 +93,9 @@ static void print_result(const davar_result_t *result, const davar_can_health_t 
         const davar_coefficient_t *one = &result->coefficient[k];
         (void)printf("C %zu %.17g %.17g %.17g\n", k, one->value, one->low, one->high);
     }
-    (void)printf("G %d %d %u %u %.17g %.17g %.17g %.17g\n", (int)result->alarm, (int)result->young,
-                 result->change.m, result->cut_age_samples, result->dispersion,
-                 result->change.older, result->change.newer, result->change.gain);
+    (void)printf("G %d %d %u %u %.17g %.17g %.17g %.17g\n", (int)report->alarm, (int)report->young,
+                 report->change.m, report->cut_age_samples, result->dispersion,
+                 report->change.older, report->change.newer, report->change.gain);
     for (size_t h = 0; h < DAVAR_HEALTH_COUNT; h++) {
         (void)printf("H %zu %u\n", h, health->count[h]);
     }
@@ -127,6 +129,7 @@ static int encode(char **argv)
     random_t random = random_seeded(strtoull(argv[2], NULL, 10));
     davar_encoder_t encoder;
     davar_result_t result;
+    davar_glr_report_t report = {0};
     davar_can_health_t health = {{0}};
     davar_misfit_t misfit;
     davar_frame_t frame;
@@ -138,11 +141,11 @@ static int encode(char **argv)
     davar_encoder_monitor(&encoder, &misfit);
     davar_encoder_session(&encoder, SESSION);
     for (unsigned long n = strtoul(argv[3], NULL, 10); n > 0U; n--) {
-        make(&random, &result, &health);
+        make(&random, &result, &report, &health);
         make_misfit(&random, &misfit);
-        print_result(&result, &health);
+        print_result(&result, &report, &health);
         print_misfit(&misfit);
-        davar_encoder_begin(&encoder, &result, &health);
+        davar_encoder_begin(&encoder, &result, &report, &health);
         while (davar_encoder_next(&encoder, &frame)) {
             print_frame(&frame);
         }
@@ -171,19 +174,20 @@ static int run(char **argv)
                                 .tau_count = 4};
     davar_encoder_t encoder;
     davar_result_t result;
+    davar_glr_report_t report = {0};
     davar_can_health_t health = {{0}};
     uint64_t epoch = strtoull(argv[7], NULL, 10) - 1U;
     (void)davar_encoder_init(&encoder, &own, DAVAR_CAN_BASE, (uint8_t)strtoul(argv[8], NULL, 10),
                              (uint8_t)strtoul(argv[6], NULL, 10));
     davar_encoder_session(&encoder, (uint8_t)strtoul(argv[4], NULL, 10));
     for (unsigned long n = strtoul(argv[3], NULL, 10); n > 0U; n--) {
-        make(&random, &result, &health);
+        make(&random, &result, &report, &health);
         epoch += own.stride;
         result.epoch = epoch;
         result.window_samples = 600U;
         result.unstable = false;
         result.tau_count = 4U;
-        davar_encoder_begin(&encoder, &result, &health);
+        davar_encoder_begin(&encoder, &result, &report, &health);
         print_all(&encoder);
     }
     davar_encoder_finish(&encoder, &health);
