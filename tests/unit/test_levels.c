@@ -5,6 +5,7 @@
 #include "unity.h"
 
 #include <math.h>
+#include <string.h>
 
 #define BLOCK 10U
 #define NU 9.0
