@@ -171,6 +171,11 @@ static const char *of_monitor(int i)
     return davar_monitor_status_text((davar_monitor_status_t)i);
 }
 
+static const char *of_noise(int i)
+{
+    return davar_noise_text((davar_noise_t)i);
+}
+
 static const char *of_select(int i)
 {
     return davar_select_status_text((davar_select_status_t)i);
@@ -182,7 +187,7 @@ static const char *of_state(int i)
 }
 
 /* 8, 12 and 16 were the codes of centred windows. No other error may get them. */
-static void test_every_status_has_its_own_words(void)
+static void test_every_code_has_its_own_words(void)
 {
     static const struct {
         const char *(*words)(int);
@@ -192,6 +197,7 @@ static void test_every_status_has_its_own_words(void)
         {of_davar, DAVAR_ERR_TAU_OVERFLOW, 0x11100U},
         {of_cascade, DAVAR_CASCADE_ERR_MEMORY_ALIGN, 0U},
         {of_monitor, DAVAR_MONITOR_ERR_MEMORY, 0U},
+        {of_noise, DAVAR_NOISE_FILTERED, 0U},
         {of_select, DAVAR_SELECT_ERR_TOLERANCE, 0U},
         {of_state, DAVAR_STATE_ERR_FOREIGN, 0U},
     };
@@ -199,12 +205,12 @@ static void test_every_status_has_its_own_words(void)
         for (int i = 0; i <= kinds[k].last; i++) {
             const bool is_retired = ((kinds[k].retired >> (unsigned)i) & 1U) != 0U;
             const char *const words = kinds[k].words(i);
-            TEST_ASSERT_EQUAL(is_retired, strcmp("unknown status", words) == 0);
+            TEST_ASSERT_EQUAL(is_retired, strncmp("unknown ", words, 8U) == 0);
             for (int j = 0; (j < i) && !is_retired; j++) {
                 TEST_ASSERT_TRUE(strcmp(words, kinds[k].words(j)) != 0);
             }
         }
-        TEST_ASSERT_EQUAL_STRING("unknown status", kinds[k].words(99));
+        TEST_ASSERT_EQUAL_STRING_LEN("unknown ", kinds[k].words(99), 8U);
     }
 }
 
@@ -405,7 +411,7 @@ int main(void)
     RUN_TEST(test_each_range_ends_where_it_says);
     RUN_TEST(test_bad_pointers_and_memory_are_rejected);
     RUN_TEST(test_memory_never_shrinks_as_windows_grow);
-    RUN_TEST(test_every_status_has_its_own_words);
+    RUN_TEST(test_every_code_has_its_own_words);
     RUN_TEST(test_the_memory_macros_include_a_stride);
     RUN_TEST(test_the_memory_macros_of_a_grid_are_enough_for_init);
     RUN_TEST(test_the_memory_macro_of_glr_is_enough_and_no_more);

@@ -150,6 +150,10 @@ bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *r
 #define davar_fit DAVAR_SIZED(davar_fit)
 void davar_fit(davar_plan_t *plan, double rate_hz, davar_result_t *result);
 
+/** Describes result->noise in English.
+ * @return A text that is never null and must not be changed. Cost: O(1). */
+const char *davar_noise_text(davar_noise_t noise);
+
 /** Computes the equivalent degrees of freedom of one Allan variance under one pure noise kind.
  * The overlapping Allan variance at cluster size m >= 1, in a window of at least 2 m samples
  * (asserted) without gaps. The rate ramp counts as rate random walk.

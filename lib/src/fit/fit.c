@@ -214,3 +214,16 @@ void davar_fit(davar_plan_t *plan, double rate_hz, davar_result_t *result)
         fit_cascade(plan, rate_hz, result);
     }
 }
+
+const char *davar_noise_text(davar_noise_t noise)
+{
+    static const char *const text[] = {
+        [DAVAR_NOISE_UNKNOWN] = "not fitted, or a window without differences",
+        [DAVAR_NOISE_WHITE] = "white noise",
+        [DAVAR_NOISE_MIXED] = "several kinds of noise",
+        [DAVAR_NOISE_CONSTANT] = "a constant: noise below one count, or a stuck sensor",
+        [DAVAR_NOISE_COARSE] = "noise that rounding to counts hides",
+        [DAVAR_NOISE_FILTERED] = "noise after a filter that is not the declared one",
+    };
+    return ((size_t)noise < (sizeof text / sizeof text[0])) ? text[noise] : "unknown noise";
+}
