@@ -11,6 +11,7 @@
 #include "job_file.h"
 
 #include "davar/fit.h"
+#include "davar/glr.h"
 #include "davar/slcan.h"
 
 #include <stdlib.h>

@@ -2,6 +2,7 @@
  * line or UDP, and an alarm pin. */
 #include "alarm.h"
 #include "davar/fit.h"
+#include "davar/glr.h"
 #include "davar/torn.h"
 #include "davar_node.h"
 #include "gpio.h"

@@ -3,6 +3,7 @@
 #include "davar/cascade.h"
 #include "davar/davar.h"
 #include "davar/fit.h"
+#include "davar/glr.h"
 #include "davar/select.h"
 #include "davar/telemetry.h"
 #include "unity.h"

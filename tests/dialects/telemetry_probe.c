@@ -5,6 +5,7 @@
  *       length (1 byte), data
  *   telemetry_probe covariance
  *       six variances (doubles) each, 12 bytes each */
+#include "davar/glr.h"
 #include "davar/telemetry.h"
 
 #include <stdio.h>

@@ -12,7 +12,6 @@
 #include "digest.h"
 #include "fuzzing.h"
 #include "random.h"
-#include "reported.h"
 
 #include <math.h>
 #include <string.h>
@@ -55,6 +54,7 @@ static void check_result(bool is_fitted)
     for (int kind = 0; kind < (int)DAVAR_COEFFICIENT_COUNT; kind++) {
         check_coefficient(&result.coefficient[kind]);
     }
+    REQUIRE(davar_noise_text(result.noise)[0] != 'u');
     REQUIRE(is_fitted || (result.noise == DAVAR_NOISE_UNKNOWN));
     REQUIRE((result.noise != DAVAR_NOISE_WHITE) ||
             result.coefficient[DAVAR_ANGLE_RANDOM_WALK].present);
@@ -183,7 +183,8 @@ static void take_second(void)
 
 static void take_both(bytes_t *bytes)
 {
-    if (take_reported(&users[0].davar, &result, &report)) {
+    if (davar_take(&users[0].davar, &result)) {
+        davar_glr_report(&users[0].davar, &report);
         users[0].taken++;
         check_epoch();
         use(&users[0].davar, bytes);

@@ -2,6 +2,7 @@
  * decode(encode(x)) is x. Fields of 32 bits are checked half by half. Of fields with 20 or 24 bits,
  * this checks every 7th or 251st value, and `test_fields long` every one, for a minute. */
 #include "davar/can_decode.h"
+#include "davar/glr.h"
 #include "unity.h"
 
 #include <math.h>

@@ -1,6 +1,7 @@
 /* davar tests - frames: cases that tests/wire does not reach without Python, and rejected
  * values. */
 #include "davar/can_decode.h"
+#include "davar/glr.h"
 #include "davar/slcan.h"
 #include "unity.h"
 

@@ -1,5 +1,6 @@
 /* davar tests - telemetry: addresses, the limits of values, and packets byte by byte. tests/dialects
  * decodes a million of them with other decoders. */
+#include "davar/glr.h"
 #include "davar/telemetry.h"
 #include "packet.h"
 #include "unity.h"

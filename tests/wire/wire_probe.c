@@ -5,6 +5,7 @@
  *   wire_probe raw CHANNEL | rates CHANNEL           samples on standard input (index value): frames
  */
 #include "davar/can.h"
+#include "davar/glr.h"
 #include "davar/slcan.h"
 #include "random.h"
 

@@ -2,6 +2,7 @@
 #include "davar/can.h"
 
 #include "davar/content.h"
+#include "davar/glr.h"
 #include "frame_layout.h"
 #include "number/real.h"
 

@@ -1,4 +1,6 @@
 /* davar - telemetry: the packets of a result, and what they have in common. */
+#include "davar/glr.h"
+
 #include "number/real.h"
 #include "packet.h"
 

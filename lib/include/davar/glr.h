@@ -75,8 +75,8 @@ typedef struct {
     double high;  /**< upper limit; it includes shocks, because they may be noise */
 } davar_steady_t;
 
-/** What the law reports in addition to a result. */
-typedef struct {
+/** What the law adds to a result. */
+struct davar_glr_reported {
     uint32_t cut_age_samples; /**< samples since the newest change, at the epoch of the result */
     /** the window was cut at most eight blocks ago, or is about to be. The estimate is biased
      * towards the data that triggered the cut, or still contains older noise (10.14) */
@@ -84,7 +84,7 @@ typedef struct {
     bool alarm;            /**< an alarm since the previous report */
     davar_change_t change; /**< the newest change */
     davar_steady_t steady; /**< the level since the last alarm */
-} davar_glr_report_t;
+};
 
 /** Reports on the newest result and the noise so far: call it after davar_take. With another law,
  * everything is absent (0, false, NaN).

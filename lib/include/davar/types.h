@@ -68,6 +68,9 @@ extern const davar_law_t davar_law_kurtosis;
 extern const davar_law_t davar_law_or;  /**< Kurtosis OR contribution: A-DAVAR of [SONG18]. */
 extern const davar_law_t davar_law_and; /**< Kurtosis AND contribution. */
 
+/** What law glr adds to a result. */
+typedef struct davar_glr_reported davar_glr_report_t;
+
 /** An engine: how a stride above 1 is computed. */
 typedef struct davar_engine davar_engine_t;
 

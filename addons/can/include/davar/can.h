@@ -17,7 +17,6 @@
 #ifndef DAVAR_CAN_H
 #define DAVAR_CAN_H
 
-#include "davar/glr.h"
 #include "davar/monitor.h"
 
 #ifdef __cplusplus

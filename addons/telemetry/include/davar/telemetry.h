@@ -16,7 +16,7 @@
 #ifndef DAVAR_TELEMETRY_H
 #define DAVAR_TELEMETRY_H
 
-#include "davar/glr.h"
+#include "davar/types.h"
 
 #ifdef __cplusplus
 extern "C" {
