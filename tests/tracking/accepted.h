@@ -5,6 +5,7 @@
 #define DAVAR_TESTS_ACCEPTED_H
 
 #include "davar/davar.h"
+#include "davar/glr.h"
 #include "laws/glr.h"
 
 #define ACCEPTED_RING 4096U /* stored samples; a power of two */

@@ -1,6 +1,7 @@
 /* davar tests - the level since the last alarm (10.18): its interval against the mixture that it
  * approximates, and where the stretch begins. */
 #include "davar/davar.h"
+#include "davar/glr.h"
 #include "laws/glr.h"
 #include "unity.h"
 

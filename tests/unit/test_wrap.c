@@ -1,5 +1,6 @@
 /* davar tests - a stream so long that its 32-bit positions wrap continues correctly. */
 #include "davar/davar.h"
+#include "davar/glr.h"
 #include "unity.h"
 
 /* their states are private; the library's own copies are not linked as well */

@@ -11,8 +11,6 @@
 #ifndef DAVAR_SRC_GLR_H
 #define DAVAR_SRC_GLR_H
 
-#include "davar/glr.h"
-
 #include "core/law.h"
 #include "laws/spread.h"
 

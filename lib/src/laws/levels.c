@@ -1,6 +1,7 @@
 /* davar - what a result says of the noise in deg/s: the levels before and after a change (10.12),
  * and the level since the last alarm with its interval (10.18). */
 #include "davar/content.h"
+#include "davar/glr.h"
 
 #include "core/instance.h"
 #include "core/window.h"
