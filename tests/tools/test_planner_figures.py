@@ -379,7 +379,8 @@ def test_the_memory_of_every_stride_law_and_list_of_sizes_is_what_the_library_ne
         print_both = f'(void)printf("%zu %zu\\n", (size_t)({memory[1]}), {size});'
         blocks.append(f"{{\n{settings[0]}{print_both}\n}}\n")
     program = (
-        f'#include "davar/davar.h"\n#include <stdio.h>\nint main(void) {{\n{"".join(blocks)}}}\n'
+        '#include "davar/davar.h"\n#include "davar/glr.h"\n#include <stdio.h>\n'
+        f"int main(void) {{\n{''.join(blocks)}}}\n"
     )
     (tmp_path / "sizes.c").write_text(program)
     assert gcc(tmp_path, "-O0", "sizes.c", library, "-lm", "-o", "sizes") == ""
