@@ -325,7 +325,7 @@ def assert_clean(faulty, status):
 
 
 CALLS = [("write", errno.ENOSPC), ("open", errno.EMFILE)]
-CALLS += [(name, errno.EIO) for name in ("read", "write", "fstat64", "lseek64")]
+CALLS += [(name, errno.EIO) for name in ("read", "write", "fstat64")]
 CALLS += [(name, errno.EIO) for name in ("tcgetattr", "tcsetattr")]
 
 
