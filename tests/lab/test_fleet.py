@@ -29,7 +29,7 @@ from serving import serving
 N = "angle_random_walk.coefficient_deg_per_sqrt_h"
 # of the small fleet: shorter recordings, so a larger effect is as hard to see in one
 SECONDS, UNITS, EFFECT = 600.0, 48, 0.0015
-INTERRUPTED = 16  # recordings of a run that is ended behind the second
+INTERRUPTED = 8  # recordings of a run that is ended behind the second
 ENVIRONMENT = {
     "PYTHONPATH": str(ROOT / "tools/lab"),
     "AWS_ACCESS_KEY_ID": "a",
