@@ -177,6 +177,20 @@ def test_only_the_full_scale_of_the_width_is_saturated(tmp_path, bits, value, ex
         assert_rows(parsed(done.stdout), counts, [], setting, stamps(100), 1e-3, 0, 1e-8)
 
 
+@pytest.mark.parametrize("words", ((), ("--arith", "float")))
+@pytest.mark.parametrize("most", (0.5, 8.0, -8.0, 2.0**-70, 9.3))
+def test_a_scale_that_nobody_gave_holds_the_largest_rate(tmp_path, words, most):
+    """Also a power of two, which would be the rail of a full scale of that size."""
+    counts = counts_of(100)
+    rates = [0.99 * most * one / max(map(abs, counts)) for one in counts]
+    rates[50] = most
+    lines = [f"{i / 100},{rate!r}" for i, rate in enumerate(rates)]
+    path = write(tmp_path / "rec.csv", "\n".join(["time_s,gyro_x_dps", *lines]) + "\n")
+    done = sim(path, *words, *SMALL_WINDOW, "--law", "fixed")
+    assert done.returncode == 0, done.stderr
+    assert counters(done) == (0, 0, 0)
+
+
 # --- gaps
 
 STEPS = [*(round(1.3 + 0.3 * i, 1) for i in range(23)), 1.5, 1.5078125, 2.5, 3.5, 6.5, 7.4375]
