@@ -138,6 +138,26 @@ def test_touches_beside_each_other_and_the_pause_between_are_cut_out():
         assert np.count_nonzero(~kept) / RATE < 50, seed
 
 
+def test_motion_is_the_same_in_every_unit_and_a_short_rest_counts_only_at_an_end():
+    """Four seconds between two motions are excluded with them. Before the first and after the last,
+    some of them are rest.
+    """
+    columns = still(seed=64)
+    for start, stop in ((4, 30), (34, 60), (370, 396)):
+        shaken(columns, start, stop, 5.0, 0.1, np.random.default_rng(start))
+    _, kept = said(columns)
+    assert kept[:150].all()
+    assert kept[-150:].all()
+    assert not kept[int(5 * RATE) : int(59 * RATE)].any()
+    turned = {
+        name.replace("_dps", "_rad_s"): course * (np.pi / 180 if "dps" in name else 1.0)
+        for name, course in columns.items()
+    }
+    found, same = said(turned, "gyro_x_rad_s")
+    assert "motion" in found
+    assert (same == kept).all()
+
+
 @pytest.mark.parametrize(
     "seed, seconds, start, rests",
     [(71, 25, 0, 0), (72, 25, 1, 0), (73, 200, 80, 0), (74, 200, 130, 1)],
