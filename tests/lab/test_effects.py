@@ -156,6 +156,22 @@ def test_ordinates_of_averaged_noise_have_the_variance_of_gain_and_ends():
         np.testing.assert_allclose(filters.moving_average(zeros, RATE, shape), 0, atol=1e-28)
 
 
+@pytest.mark.parametrize("share", [0.02, 0.1, 0.25, 0.4])
+@pytest.mark.parametrize("order", [1, 2])
+def test_a_sampled_filter_has_the_spectrum_of_its_autocovariance(order, share):
+    """White noise behind an analogue Butterworth filter: of one pole exp(-w t), of two
+    exp(-u t) (cos(u t) + sin(u t)), u = w / sqrt(2).
+    """
+    shape = {"cutoff_hz": share * RATE, "order": order, "response": "sampled"}
+    lag = np.arange(1, 2000)
+    u = 2 * np.pi * share * lag / (1 if order == 1 else math.sqrt(2))
+    covariance = np.exp(-u) * (1 if order == 1 else np.cos(u) + np.sin(u))
+    f = np.array([0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0]) * RATE / 2
+    power = 1 + 2 * np.cos(2 * np.pi * np.outer(f, lag) / RATE) @ covariance
+    found = filters.low_pass(f, RATE, shape)
+    np.testing.assert_allclose(found, power / power[0], rtol=0.01, atol=1e-6)
+
+
 def test_courses_of_columns_are_those_of_their_definitions():
     t = np.arange(3000) / RATE
     temp = 25 + np.sin(t / 7)

@@ -17,9 +17,11 @@ import numpy as np
 import pytest
 import writing_logs as writing
 from asking import MODEL, ROOT, run, said
+from davarlab.logs import sensor, ulog
 from lab_bench import Lab
 
 REAL = Path(os.environ.get("DAVAR_REAL_DATA", ROOT.parent / "shared/data/real")).parent / "logs"
+FILTERED = "vehicle_angular_velocity"  # of PX4
 SINGLE = 2e-7  # relative, of float32 and of nine digits
 
 
@@ -132,6 +134,22 @@ def test_of_several_units_one_is_named(logs, name):
     if name == "log.ulg":  # each second sample of accel is its own, the others lie between
         between = (logs.truth.accel[2, 0] + logs.truth.accel[2, 2]) / 2
         assert abs(float(columns["accel_z_g"][1]) - between) < 5e-7
+
+
+def test_of_the_topics_of_px4_the_raw_ones_are_chosen():
+    """In every order of the log: a filtered topic has the same quantity, with less noise."""
+    for turn in range(len(ulog.TOPICS)):
+        names = [*ulog.TOPICS][turn:] + [*ulog.TOPICS][:turn]
+        topics = {
+            name: sensor.Sensor(
+                name, frozenset(ulog.TOPICS[name][0]), 100, "0", ulog.TOPICS[name][1]
+            )
+            for name in names
+        }
+        found = sensor.companions([*topics.values()], topics["sensor_gyro"])
+        assert [(one.name, what) for one, what in found] == [("sensor_accel", "accel")]
+        two = [one for one in topics.values() if one.name in ("sensor_gyro", FILTERED)]
+        assert sensor.chosen(two, None, "x.ulg").name == "sensor_gyro"
 
 
 @pytest.mark.parametrize("storage", ["db3", "mcap"])
