@@ -15,16 +15,19 @@ static bool holds; /* a frame is waiting for room */
 static can_send_t send;
 static void *controller;
 
-void can_sender_start(const davar_config_t *config, uint8_t session, bool fd, can_send_t how,
+bool can_sender_start(const davar_config_t *config, uint8_t session, bool fd, can_send_t how,
                       void *with)
 {
-    (void)davar_encoder_init(&encoder, config, DAVAR_CAN_BASE, 0U,
-                             fd ? DAVAR_SEND_FD : (DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS));
+    if (!davar_encoder_init(&encoder, config, DAVAR_CAN_BASE, 0U,
+                            fd ? DAVAR_SEND_FD : (DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS))) {
+        return false;
+    }
     davar_encoder_session(&encoder, session);
     counters = (davar_can_health_t){{0}};
     holds = false;
     send = how;
     controller = with;
+    return true;
 }
 
 void can_sender_result(const davar_result_t *newest, const davar_health_t *health, uint32_t bus_off)

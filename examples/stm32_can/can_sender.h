@@ -9,12 +9,12 @@
 typedef bool (*can_send_t)(void *controller, const davar_frame_t *frame);
 
 /* `config` is the configuration of the instance. `session` must differ at each start (a boot
- * counter). fd: one frame of 64 bytes per result. */
-void can_sender_start(const davar_config_t *config, uint8_t session, bool fd, can_send_t send,
+ * counter). fd: one frame of 64 bytes per result. False: the identifiers exceed 11 bits. */
+bool can_sender_start(const davar_config_t *config, uint8_t session, bool fd, can_send_t send,
                       void *controller);
 
 /* Sends a new result with the counters of its instance. Unsent frames of the previous result are
- * dropped and counted. */
+ * dropped and counted. For the changes of law glr, give davar_encoder_begin a report (davar/glr.h). */
 void can_sender_result(const davar_result_t *result, const davar_health_t *health,
                        uint32_t bus_off);
 

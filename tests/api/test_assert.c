@@ -162,10 +162,12 @@ static void test_telemetry_without_an_object(void)
     uint8_t bytes[DAVAR_COVARIANCE_BYTES];
     davar_telemetry_t telemetry;
     davar_packet_t packet;
-    TEST_ASSERT_TRUE(ASSERTS(davar_telemetry_init(NULL, &davar_cyphal, &from, 1.0)));
-    TEST_ASSERT_TRUE(ASSERTS(davar_telemetry_init(&telemetry, NULL, &from, 1.0)));
-    TEST_ASSERT_TRUE(ASSERTS(davar_telemetry_init(&telemetry, &davar_cyphal, NULL, 1.0)));
-    TEST_ASSERT_FALSE(ASSERTS(davar_telemetry_init(&telemetry, &davar_cyphal, &from, 1.0)));
+    bool good = false;
+    TEST_ASSERT_TRUE(ASSERTS(good = davar_telemetry_init(NULL, &davar_cyphal, &from, 1.0)));
+    TEST_ASSERT_TRUE(ASSERTS(good = davar_telemetry_init(&telemetry, NULL, &from, 1.0)));
+    TEST_ASSERT_TRUE(ASSERTS(good = davar_telemetry_init(&telemetry, &davar_cyphal, NULL, 1.0)));
+    TEST_ASSERT_FALSE(ASSERTS(good = davar_telemetry_init(&telemetry, &davar_cyphal, &from, 1.0)));
+    TEST_ASSERT_TRUE(good);
     TEST_ASSERT_TRUE(ASSERTS(davar_telemetry_set_channel(NULL, 0U)));
     TEST_ASSERT_TRUE(ASSERTS((davar_telemetry_begin(&telemetry, NULL, NULL, 0U), 0)));
     TEST_ASSERT_FALSE(ASSERTS((davar_telemetry_begin(&telemetry, &result, NULL, 0U), 0)));

@@ -72,6 +72,14 @@ static void *memory_of(size_t bytes)
     return memory;
 }
 
+static void must_start(davar_status_t status)
+{
+    if (status != DAVAR_OK) {
+        fprintf(stderr, "davar-bench: %s\n", davar_status_text(status));
+        exit(1);
+    }
+}
+
 /* Pushes everything sample by sample and takes no result: the cost of having a value at each
  * sample. */
 static double run_q15(const davar_config_t *config)
@@ -79,7 +87,7 @@ static double run_q15(const davar_config_t *config)
     davar_t davar;
     const size_t bytes = davar_memory_size_q15(config);
     void *const memory = memory_of(bytes);
-    (void)davar_init_q15(&davar, config, memory, bytes);
+    must_start(davar_init_q15(&davar, config, memory, bytes));
     const double start = now_ns();
     for (size_t i = 0U; i < SAMPLES;) {
         i += davar_push_until_result_q15(&davar, &narrow[i], SAMPLES - i);
@@ -95,7 +103,7 @@ static double run_f32(const davar_config_t *config)
     davar_t davar;
     const size_t bytes = davar_memory_size_f32(config);
     void *const memory = memory_of(bytes);
-    (void)davar_init_f32(&davar, config, memory, bytes);
+    must_start(davar_init_f32(&davar, config, memory, bytes));
     const double start = now_ns();
     for (size_t i = 0U; i < SAMPLES;) {
         i += davar_push_until_result_f32(&davar, &rates[i], SAMPLES - i);
@@ -119,7 +127,7 @@ static double run_fitted(const davar_config_t *config, uint32_t fit_every)
     const size_t bytes = davar_memory_size_q15(config);
     void *const memory = memory_of(bytes);
     davar_plan_t *const plans = memory_of(PLANS * sizeof *plans);
-    (void)davar_init_q15(&davar, config, memory, bytes);
+    must_start(davar_init_q15(&davar, config, memory, bytes));
     for (size_t i = 0U; i < PLANS; i++) {
         davar_plan_init_white(&plans[i], config->taus, config->tau_count);
     }

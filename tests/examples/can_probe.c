@@ -136,17 +136,21 @@ int main(int argc, char **argv)
         .rate_hz = 100.0, .unit_per_count = 0.05, .stride = 100, .taus = taus, .tau_count = 4};
     const bool is_fd = (argc > 1) && (strcmp(argv[1], "fdcan") == 0);
     state = (uint32_t)strtoul(argv[argc - 1], NULL, 10);
+    bool started = false;
     if (is_fd) {
         fdcan = (fdcan_t){.registers = &fd,
                           .buffers = buffers,
                           .nominal = fdcan_timing(10U, 13U, 2U),
                           .data = fdcan_data_timing(2U, 15U, 4U)};
         fdcan_start(&fdcan);
-        can_sender_start(&config, 9U, true, send_fdcan, &fdcan);
+        started = can_sender_start(&config, 9U, true, send_fdcan, &fdcan);
     } else {
         bx.MCR = 0x00010002U; /* the state after a reset: asleep */
         bxcan_start(&bxcan, &bx, bxcan_timing(6U, 11U, 2U));
-        can_sender_start(&config, 9U, false, send_bxcan, &bxcan);
+        started = can_sender_start(&config, 9U, false, send_bxcan, &bxcan);
+    }
+    if (!started) {
+        return 1;
     }
     uint32_t results = 0U;
     for (uint32_t i = 0U; i < STEPS; i++) {

@@ -400,9 +400,12 @@ static void test_a_cascade_follows_every_channel(void)
         run_script(script);
         plain = fake;
         start(CHANNELS, script);
-        (void)davar_cascade_init_q15(&cascade[0], &long_config, stages[0], sizeof stages[0]);
-        (void)davar_cascade_init_q31(&cascade[1], &long_config, stages[1], sizeof stages[1]);
-        (void)davar_cascade_init_f32(&cascade[2], &long_config, stages[2], sizeof stages[2]);
+        TEST_ASSERT_EQUAL(DAVAR_CASCADE_OK, davar_cascade_init_q15(&cascade[0], &long_config,
+                                                                   stages[0], sizeof stages[0]));
+        TEST_ASSERT_EQUAL(DAVAR_CASCADE_OK, davar_cascade_init_q31(&cascade[1], &long_config,
+                                                                   stages[1], sizeof stages[1]));
+        TEST_ASSERT_EQUAL(DAVAR_CASCADE_OK, davar_cascade_init_f32(&cascade[2], &long_config,
+                                                                   stages[2], sizeof stages[2]));
         for (size_t c = 0; c < CHANNELS; c++) {
             channel[c].cascade = &cascade[c];
         }

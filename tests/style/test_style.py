@@ -303,6 +303,19 @@ def test_every_test_program_is_built():
 FUZZ_TARGETS = [name for name in listed() if re.match(r"tests/fuzz/\w+\.c$", name)]
 
 
+def test_a_start_that_can_fail_cannot_be_ignored():
+    """What follows a start that failed uses nothing: it must not be a silent crash."""
+    found = []
+    for path in ROOT.glob("*/**/include/davar/*.h"):
+        for words, name in re.findall(
+            r"^(.*?)\b(davar_\w*init\w*)\(", path.read_text(), re.MULTILINE
+        ):
+            if re.search(r"\b(bool|\w+_status_t) $", words):
+                found.append((name, words.startswith("DAVAR_NODISCARD")))
+    assert len(found) >= 9
+    assert [name for name, marked in found if not marked] == []
+
+
 def test_every_public_function_is_called_by_a_fuzz_target():
     """An endless loop was once in the one corner that fuzzing had left out."""
     declaration = re.compile(r"^(?!typedef|static|#)\w[\w\s*]*?\b(davar_\w+)\(", re.MULTILINE)

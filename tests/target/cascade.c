@@ -55,7 +55,10 @@ static uint32_t instructions_of_loop(void)
         uint32_t worst = 0U;                                                                       \
         const uint32_t loop = instructions_of_loop();                                              \
         const uint32_t nothing = instructions_of_nothing();                                        \
-        (void)davar_cascade_init_##type(&cascade, &config, memory, sizeof memory);                 \
+        if (davar_cascade_init_##type(&cascade, &config, memory, sizeof memory) !=                 \
+            DAVAR_CASCADE_OK) {                                                                    \
+            break;                                                                                 \
+        }                                                                                          \
         for (uint32_t i = 0U; i < COUNT; i += BATCH) {                                             \
             make_samples();                                                                        \
             const uint32_t mark = board_mark();                                                    \
@@ -112,7 +115,9 @@ static uint32_t checksum(void)
 
 static void measure_result(void)
 {
-    (void)davar_cascade_init_q15(&cascade, &few, memory, sizeof memory);
+    if (davar_cascade_init_q15(&cascade, &few, memory, sizeof memory) != DAVAR_CASCADE_OK) {
+        return;
+    }
     for (uint32_t i = 0U; i < COUNT; i += BATCH) {
         make_samples();
         davar_cascade_push_q15(&cascade, narrow, BATCH);

@@ -60,8 +60,10 @@ static davar_misfit_t misfit;
 static void more(void)
 {
     static davar_model_tau_t model[TAUS];
-    (void)davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, 0U, DAVAR_SEND_ADEV);
-    (void)davar_monitor_init(&monitor, model, TAUS, DAVAR_MONITOR_MEMORY);
+    if (!davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, 0U, DAVAR_SEND_ADEV) ||
+        (davar_monitor_init(&monitor, model, TAUS, DAVAR_MONITOR_MEMORY) != DAVAR_MONITOR_OK)) {
+        return;
+    }
     davar_gap(&davar, 1U);
     (void)davar_flush(&davar);
     davar_reset(&davar);

@@ -23,8 +23,10 @@ int main(void)
     board_command_line(command, sizeof command);
     if (command[0] == '\0') {
         config.law = laws[(unsigned char)command[1] % (sizeof laws / sizeof laws[0])];
-        (void)davar_init_q15(&davar, &config, NULL, 0U);
-        (void)davar_init_q31(&davar, &config, NULL, 0U);
+        if ((davar_init_q15(&davar, &config, NULL, 0U) != DAVAR_OK) ||
+            (davar_init_q31(&davar, &config, NULL, 0U) != DAVAR_OK)) {
+            return 1;
+        }
         davar_plan_init(&plan, NULL, 0U);
         davar_plan_init_filtered(&plan, NULL, 0U, NULL);
         davar_push_q15(&davar, &narrow, 1U);

@@ -178,8 +178,10 @@ static int run(char **argv)
     davar_glr_report_t report = {0};
     davar_can_health_t health = {{0}};
     uint64_t epoch = strtoull(argv[7], NULL, 10) - 1U;
-    (void)davar_encoder_init(&encoder, &own, DAVAR_CAN_BASE, (uint8_t)strtoul(argv[8], NULL, 10),
-                             (uint8_t)strtoul(argv[6], NULL, 10));
+    if (!davar_encoder_init(&encoder, &own, DAVAR_CAN_BASE, (uint8_t)strtoul(argv[8], NULL, 10),
+                            (uint8_t)strtoul(argv[6], NULL, 10))) {
+        return 1;
+    }
     davar_encoder_session(&encoder, (uint8_t)strtoul(argv[4], NULL, 10));
     for (unsigned long n = strtoul(argv[3], NULL, 10); n > 0U; n--) {
         make(&random, &result, &report, &health);
@@ -203,8 +205,10 @@ static int raw(bool floats, char **argv)
     davar_encoder_t encoder;
     davar_frame_t frame;
     char line[256];
-    (void)davar_encoder_init(&encoder, &own, DAVAR_CAN_BASE, (uint8_t)strtoul(argv[2], NULL, 10),
-                             DAVAR_SEND_RAW);
+    if (!davar_encoder_init(&encoder, &own, DAVAR_CAN_BASE, (uint8_t)strtoul(argv[2], NULL, 10),
+                            DAVAR_SEND_RAW)) {
+        return 1;
+    }
     while (fgets(line, sizeof line, stdin) != NULL) {
         char *value = NULL;
         const uint64_t index = strtoull(line, &value, 10);

@@ -9,7 +9,7 @@
 #include "davar/davar.h"
 #include "davar/version.h"
 
-#define FORMAT 10U
+#define FORMAT 11U
 
 /* Adds a field to the fingerprint, by its kind. */
 #define CHECK_F64(check, value) davar_image_check_f64(check, &(value))

@@ -54,12 +54,12 @@ size_t davar_memory_size_f32(const davar_config_t *config);
  * @return DAVAR_OK, or the first error found; on error nothing is written.
  *
  * Threads: stopped. Cost: O(T^2 + bytes). */
-davar_status_t davar_init_q15(davar_t *davar, const davar_config_t *config, void *memory,
-                              size_t bytes);
-davar_status_t davar_init_q31(davar_t *davar, const davar_config_t *config, void *memory,
-                              size_t bytes);
-davar_status_t davar_init_f32(davar_t *davar, const davar_config_t *config, void *memory,
-                              size_t bytes);
+DAVAR_NODISCARD davar_status_t davar_init_q15(davar_t *davar, const davar_config_t *config,
+                                              void *memory, size_t bytes);
+DAVAR_NODISCARD davar_status_t davar_init_q31(davar_t *davar, const davar_config_t *config,
+                                              void *memory, size_t bytes);
+DAVAR_NODISCARD davar_status_t davar_init_f32(davar_t *davar, const davar_config_t *config,
+                                              void *memory, size_t bytes);
 /** @} */
 
 /** @{ */

@@ -161,8 +161,8 @@ typedef struct {
  * @return False, with *encoder unchanged, if the identifiers of the channel exceed 11 bits.
  *
  * Cost: O(1). */
-bool davar_encoder_init(davar_encoder_t *encoder, const davar_config_t *config, uint16_t base,
-                        uint8_t channel, uint8_t content);
+DAVAR_NODISCARD bool davar_encoder_init(davar_encoder_t *encoder, const davar_config_t *config,
+                                        uint16_t base, uint8_t channel, uint8_t content);
 
 /** Starts the frames of one result.
  * `report`: what davar_glr_report gave with it, for DAVAR_Change; null: no such frames. The encoder

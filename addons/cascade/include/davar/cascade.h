@@ -138,15 +138,15 @@ typedef struct davar_cascade {
  * - DAVAR_CASCADE_ERR_MEMORY_SIZE, DAVAR_CASCADE_ERR_MEMORY_ALIGN: as davar_init_*
  *
  * Threads: stopped. Cost: O(bytes). */
-davar_cascade_status_t davar_cascade_init_q15(davar_cascade_t *cascade,
-                                              const davar_cascade_config_t *config, void *memory,
-                                              size_t bytes);
-davar_cascade_status_t davar_cascade_init_q31(davar_cascade_t *cascade,
-                                              const davar_cascade_config_t *config, void *memory,
-                                              size_t bytes);
-davar_cascade_status_t davar_cascade_init_f32(davar_cascade_t *cascade,
-                                              const davar_cascade_config_t *config, void *memory,
-                                              size_t bytes);
+DAVAR_NODISCARD davar_cascade_status_t davar_cascade_init_q15(davar_cascade_t *cascade,
+                                                              const davar_cascade_config_t *config,
+                                                              void *memory, size_t bytes);
+DAVAR_NODISCARD davar_cascade_status_t davar_cascade_init_q31(davar_cascade_t *cascade,
+                                                              const davar_cascade_config_t *config,
+                                                              void *memory, size_t bytes);
+DAVAR_NODISCARD davar_cascade_status_t davar_cascade_init_f32(davar_cascade_t *cascade,
+                                                              const davar_cascade_config_t *config,
+                                                              void *memory, size_t bytes);
 /** @} */
 
 /** @{ */

@@ -86,11 +86,10 @@ extern const davar_dialect_t davar_dronecan;
 extern const davar_dialect_t davar_cyphal;
 
 /** Starts an encoder. `rate_hz` is the sample rate of the instance. The address is copied.
- * @return False, with *telemetry unchanged, if the dialect does not allow the address.
- *
- * Cost: O(1). */
-bool davar_telemetry_init(davar_telemetry_t *telemetry, const davar_dialect_t *dialect,
-                          const davar_telemetry_address_t *from, double rate_hz);
+ * @return False, with *telemetry unchanged, if the dialect does not allow the address. Cost: O(1). */
+DAVAR_NODISCARD bool davar_telemetry_init(davar_telemetry_t *telemetry,
+                                          const davar_dialect_t *dialect,
+                                          const davar_telemetry_address_t *from, double rate_hz);
 
 /** Sets the channel of the results that follow. Call it between two results.
  * @return False, with *telemetry unchanged, above DAVAR_TELEMETRY_CHANNEL_LAST. Cost: O(1). */
