@@ -3,6 +3,7 @@
  * tools/support/targets.py reads them. */
 #include "davar/davar.h"
 #include "davar/fit.h"
+#include "davar/glr.h"
 #include "davar_law_id.h"
 
 #include "measuring.h"

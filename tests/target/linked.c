@@ -5,6 +5,7 @@
 #include "davar/can.h"
 #include "davar/davar.h"
 #include "davar/fit.h"
+#include "davar/glr.h"
 #include "davar/state.h"
 
 #define TAUS 4U
