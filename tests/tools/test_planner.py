@@ -261,6 +261,20 @@ def test_a_number_and_a_name_have_all_their_forms():
     assert command(f"{words} icm42688@1000") == command(f"{words} ICM42688@1000")
 
 
+@pytest.mark.parametrize(
+    "typed, sensor, core",
+    [
+        ("--sensor ICM-42688-P@1000 --core cortex-m4", "icm42688@1000", "cortex-m4f"),
+        ("--sensor icm_20602@500 --core Cortex-M0+", "icm20602@500", "cortex-m0"),
+        ("--sensor BMI088@400 --core cortex-m0plus", "bmi088@400", "cortex-m0"),
+        ("--sensor mpu9250@200 --core CORTEX_M33", "mpu9250@200", "cortex-m33"),
+    ],
+)
+def test_names_are_known_as_makers_and_compilers_write_them(typed, sensor, core):
+    wishes = plan_of(typed).design.wishes
+    assert (wishes.sensor, wishes.core) == (sensor, core)
+
+
 @pytest.mark.parametrize("name, part", sensors.PARTS.items())
 def test_every_part_has_a_plan_at_its_rates(name, part):
     for rate in part.get("bandwidth_at_rate", {part["rate_most_hz"]: 0}):

@@ -40,7 +40,7 @@ extern const davar_law_t davar_law_glr_q31;
     .glr = {                                                                                       \
         .false_alarms_per_hour = 0.01, .cut_interval_s = 300.0, .block = 10U, .shock_blocks = 2U}
 
-/* b: block; the other letters are those of instance.h. */
+/* b: block. The other letters: instance.h. */
 #define DAVAR_GLR_BYTES(n) DAVAR_ROUND8(1032U + (((size_t)(n)-1U) * 2U * sizeof(void *)))
 #define DAVAR_MEMORY_OF_GLR(n, W, b, m, T, G)                                                      \
     (DAVAR_COMMON(n, (4U * (m)) + 127U, 0U, 2U, T, G) + DAVAR_GRID_BYTES +                         \

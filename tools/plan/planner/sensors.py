@@ -1,6 +1,7 @@
 """The gyros of sensors.json: what a part gives at a rate."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,15 @@ ROWS: list[dict[str, Any]] = json.loads(
 PARTS: dict[str, dict[str, Any]] = {
     name: part for row in ROWS for name, part in row.get("parts", {}).items()
 }
+
+
+def plain(name: str) -> str:
+    """A name without case, "-", "_" and spaces."""
+    return re.sub("[-_ ]", "", name.lower())
+
+
+# Each part also has the name that its maker gives it: ICM-42688-P.
+NAMES = {plain(name): key for key, part in PARTS.items() for name in (key, part["title"])}
 
 
 def bandwidth(part: dict[str, Any], rate_hz: float) -> str:
@@ -32,7 +42,8 @@ def bandwidth(part: dict[str, Any], rate_hz: float) -> str:
 
 def look_up(name: str, rate_hz: float) -> dict[str, object]:
     """Fields of Wishes for a part at a rate. Raises ValueError with what was expected."""
-    if name not in PARTS:
+    name = NAMES.get(plain(name), "")
+    if not name:
         raise ValueError(f"one of {', '.join(sorted(PARTS))}, then @RATE")
     part = PARTS[name]
     if not part["rate_least_hz"] <= rate_hz <= part["rate_most_hz"]:

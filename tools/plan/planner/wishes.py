@@ -87,6 +87,18 @@ def _one_of(choices: Sequence[str]) -> Callable[[str], str]:
     return read
 
 
+# Names that people type, as sensors.plain() -> the core with these instructions.
+CORES = {"cortexm0+": "cortex-m0", "cortexm0plus": "cortex-m0", "cortexm4": "cortex-m4f"}
+
+
+def _core(cores: Sequence[str]) -> Callable[[str], str]:
+    def read(text: str) -> str:
+        known = {sensors.plain(core): core for core in cores} | CORES
+        return _one_of(cores)(known.get(sensors.plain(text), text))
+
+    return read
+
+
 def _readers(cores: Sequence[str]) -> dict[str, tuple[str, Callable[[str], object]]]:
     """Option -> (field of Wishes, how its value is read)."""
     return {
@@ -107,8 +119,7 @@ def _readers(cores: Sequence[str]) -> dict[str, tuple[str, Callable[[str], objec
         "--ram": ("ram_bytes", _bytes),
         "--flash": ("flash_bytes", _bytes),
         "--clock": ("clock_mhz", _above_0("MHz")),
-        "--core": ("core", _one_of(cores)),
-        "--sensor": ("sensor", str.lower),
+        "--core": ("core", _core(cores)),
     }
 
 
@@ -179,7 +190,7 @@ def checked(wishes: Wishes) -> Wishes:
 def read(words: Sequence[str], cores: Sequence[str]) -> Command:
     """Reads a command line. Raises BadOption."""
     readers = _readers(cores)
-    texts = _values(words, [*readers, "-o", *FLAGS])
+    texts = _values(words, [*readers, "--sensor", "-o", *FLAGS])
     if "--sensor" in texts and "--rate" in texts:
         raise BadOption("--rate: not with --sensor NAME@RATE, which states it")
     stated: dict[str, object] = of_sensor(texts["--sensor"]) if "--sensor" in texts else {}
