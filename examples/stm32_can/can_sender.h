@@ -14,7 +14,8 @@ bool can_sender_start(const davar_config_t *config, uint8_t session, bool fd, ca
                       void *controller);
 
 /* Sends a new result with the counters of its instance. Unsent frames of the previous result are
- * dropped and counted. For the changes of law glr, give davar_encoder_begin a report (davar/glr.h). */
+ * dropped and counted. For the changes of law glr, give davar_encoder_begin a report
+ * (davar/glr.h). */
 void can_sender_result(const davar_result_t *result, const davar_health_t *health,
                        uint32_t bus_off);
 

@@ -39,7 +39,7 @@ bool replay_open(replay_t *replay, const replay_setup_t *setup, sim_error_t *err
 /* The port itself; `replay` is its context. */
 davar_port_t replay_port(replay_t *replay);
 
-/* Writes a result, with what law glr reported (may be null). */
+/* Writes a result with the report of law glr, which may be null. */
 davar_port_send_t replay_send(replay_t *replay, size_t channel, const davar_result_t *result,
                               const davar_glr_report_t *report);
 

@@ -91,7 +91,8 @@ typedef struct {
     /** Delivers one result of one channel. Called epoch by epoch and, within an epoch, in channel
      * order. *result is valid only during the call, so a port with a queue must copy it. While send
      * returns "try again", the node reads no samples. A port whose source cannot wait therefore
-     * needs buffers on the read side. */
+     * needs buffers on the read side. With law glr, call davar_glr_report once for each result, not
+     * again after "try again". */
     davar_port_send_t (*send)(void *context, size_t channel, const davar_result_t *result);
 
     /** Microseconds on a monotonic clock. It may start at any value and wraps at 2^32, because only

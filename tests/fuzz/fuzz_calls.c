@@ -54,7 +54,7 @@ static void check_result(bool is_fitted)
     for (int kind = 0; kind < (int)DAVAR_COEFFICIENT_COUNT; kind++) {
         check_coefficient(&result.coefficient[kind]);
     }
-    REQUIRE(davar_noise_text(result.noise)[0] != 'u');
+    REQUIRE(strcmp(davar_noise_text(result.noise), davar_noise_text((davar_noise_t)99)) != 0);
     REQUIRE(is_fitted || (result.noise == DAVAR_NOISE_UNKNOWN));
     REQUIRE((result.noise != DAVAR_NOISE_WHITE) ||
             result.coefficient[DAVAR_ANGLE_RANDOM_WALK].present);

@@ -26,7 +26,9 @@ davar_packet_t packet;
 davar_result_t result;
 void _start(void)
 {
-    (void)davar_telemetry_init(&telemetry, &%s, &from, 100.0);
+    if (!davar_telemetry_init(&telemetry, &%s, &from, 100.0)) {
+        return;
+    }
     davar_telemetry_begin(&telemetry, &result, NULL, 1U);
     while (davar_telemetry_next(&telemetry, &packet)) {
     }

@@ -12,9 +12,10 @@
  * (floats, each rounded once on entry). A result equals a fresh computation of its window, bit for
  * bit (DESIGN 2).
  *
- * Threads: one producer calls davar_push_* and davar_gap, one consumer davar_take and davar_health.
- * The producer may interrupt the consumer and never waits. "Stopped" functions need both to be
- * idle. Instances share nothing. No function allocates memory, blocks or reads a clock.
+ * Threads: one producer calls davar_push_* and davar_gap, one consumer davar_take, davar_health and
+ * davar_glr_report. The producer may interrupt the consumer and never waits. "Stopped" functions
+ * need both to be idle. Instances share nothing. No function allocates memory, blocks or reads a
+ * clock.
  *
  * Cost: T cluster sizes, G window.gaps_max, K stride. Instructions for each core: docs/COST.md. */
 #ifndef DAVAR_DAVAR_H

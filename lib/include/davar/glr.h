@@ -2,7 +2,8 @@
  * davar - law glr: a likelihood ratio lets the window begin where the noise last changed (10), and
  * reports the change.
  *
- * Its settings are davar_config_t.glr. A program that does not name the law does not link it. */
+ * Its settings are davar_config_t.glr. A program links the law only if it names it, and the report
+ * only if it calls davar_glr_report. */
 #ifndef DAVAR_GLR_H
 #define DAVAR_GLR_H
 
@@ -75,9 +76,11 @@ typedef struct {
     double high;  /**< upper limit; it includes shocks, because they may be noise */
 } davar_steady_t;
 
-/** What the law adds to a result. */
+/** What the law adds to a result. The tag is not the name of a function (MISRA 5.7). */
 struct davar_glr_reported {
-    uint32_t cut_age_samples; /**< samples since the newest change, at the epoch of the result */
+    /** that of the newest result, which a push may have completed after davar_take */
+    uint64_t epoch;
+    uint32_t cut_age_samples; /**< samples since the newest change, at that epoch */
     /** the window was cut at most eight blocks ago, or is about to be. The estimate is biased
      * towards the data that triggered the cut, or still contains older noise (10.14) */
     bool young;
@@ -86,11 +89,13 @@ struct davar_glr_reported {
     davar_steady_t steady; /**< the level since the last alarm */
 };
 
-/** Reports on the newest result and the noise so far: call it after davar_take. With another law,
- * everything is absent (0, false, NaN).
+/** Reports on the newest result and the noise so far. Call it once for a result, directly after
+ * davar_take: `alarm` is true in one report. With another law, everything is absent (0, false,
+ * NaN).
  *
  * Threads: consumer, as davar_take; if a push interrupts it, it re-reads until its copy is
- * consistent. Cost: O(1). */
+ * consistent, so that from time to time a few hundred instructions must pass without a push. Cost:
+ * O(1). */
 void davar_glr_report(davar_t *davar, davar_glr_report_t *report);
 
 #ifdef __cplusplus

@@ -271,7 +271,7 @@ typedef struct {
     /** the law's flag f. Fixed window: f1 OR f2, for information. glr: cut since the previous
      * epoch */
     bool unstable;
-    /** the law chose this window by its data: law glr has just cut it, is about to, or leaves out
+    /** the law chose this window by its data: law glr has just cut it, is about to, or excludes
      * more than half of the samples since the cut. The intervals are wider and cover less often
      * (10.14) */
     bool chosen;

@@ -1,5 +1,5 @@
-/* davar - what a result says of the noise in deg/s: the levels before and after a change (10.12),
- * and the level since the last alarm with its interval (10.18). */
+/* davar - the report of law glr: the levels in deg/s before and after a change (10.12), and since
+ * the last alarm with their interval (10.18). Also what every result has of the law. */
 #include "davar/content.h"
 #include "davar/glr.h"
 
@@ -245,19 +245,25 @@ void davar_glr_report(davar_t *davar, davar_glr_report_t *report)
     const davar_config_t *const config = davar->config;
     const davar_glr_track_t *const track = davar->law_state;
     davar_glr_copy_t copy;
+    davar_window_t window;
+    uint32_t left_out;
     uint32_t alarms;
     uint32_t before;
     *report = absent;
-    if (!has_law(config) || (config->law->id != (uint8_t)DAVAR_LAW_ID_GLR)) {
+    if (davar_law_id(config) != DAVAR_LAW_ID_GLR) {
         return;
     }
     do {
         before = davar_read_begin(davar);
         copy_track(track, &copy);
+        window = davar->window;
+        left_out = track->left_out;
         alarms = davar->health.alarms;
         report->cut_age_samples = track->age;
         report->young = track->young;
     } while (davar_read_torn(davar, before));
+    const uint32_t since = (config->stride > 1U) ? (config->stride - window.wait) : 0U;
+    report->epoch = window_now(&window) - since - 1U - left_out;
     report->alarm = (alarms != davar->alarms_seen);
     davar->alarms_seen = alarms;
     davar_glr_evaluate(config, size_of_count(davar), &copy, report);

@@ -163,8 +163,8 @@ def header(design: Design, title: str, about: Sequence[str], alone: bool) -> str
     more = ""
     if glr:
         more += (
-            "\n * davar_glr_report of davar_setup_instance(axis) then reports an alarm if the noise"
-            "\n * has changed since the previous report."
+            "\n * Then davar_glr_report(davar_setup_instance(axis), &report) sets report.alarm"
+            "\n * if the noise has changed since the previous report."
         )
     return HEADER.format(
         title=title,

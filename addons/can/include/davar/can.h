@@ -165,11 +165,11 @@ DAVAR_NODISCARD bool davar_encoder_init(davar_encoder_t *encoder, const davar_co
                                         uint16_t base, uint8_t channel, uint8_t content);
 
 /** Starts the frames of one result.
- * `report`: what davar_glr_report gave with it, for DAVAR_Change; null: no such frames. The encoder
- * reads *result, *report and *health until davar_encoder_next returns false; do not change them
- * before. A NaN, a magnitude above DAVAR_CAN_MOST or an unexpected negative number is sent as
- * absent, a magnitude below DAVAR_CAN_LEAST as 0, an upper limit above DAVAR_CAN_MOST as
- * infinity. Cost: O(1). */
+ * *report comes from davar_glr_report. DAVAR_Change is sent only with law glr and a report, which
+ * may be null. The encoder reads *result, *report and *health until davar_encoder_next returns
+ * false; do not change them before. A NaN, a magnitude above DAVAR_CAN_MOST or an unexpected
+ * negative number is sent as absent, a magnitude below DAVAR_CAN_LEAST as 0, an upper limit above
+ * DAVAR_CAN_MOST as infinity. Cost: O(1). */
 void davar_encoder_begin(davar_encoder_t *encoder, const davar_result_t *result,
                          const davar_glr_report_t *report, const davar_can_health_t *health);
 

@@ -109,7 +109,8 @@ DAVAR_NODISCARD davar_monitor_status_t davar_monitor_init(davar_monitor_t *monit
  * The result comes from davar_take, with or without the sizes of a cascade, and with or without a
  * fit. Without a fit the monitor assumes the smallest degrees of freedom (davar_edf_least). Results
  * may overlap: each cluster size weights a result by its new samples. The cluster sizes must stay
- * those of the first result. Cost: O(T count), about 60 double operations per tau. (9.1) to (9.5). */
+ * those of the first result. Cost: O(T count), about 60 double operations per tau. Formulas (9.1)
+ * to (9.5). */
 #define davar_monitor_update DAVAR_SIZED(davar_monitor_update)
 void davar_monitor_update(davar_monitor_t *monitor, const davar_result_t *result,
                           davar_misfit_t *misfit);

@@ -86,7 +86,9 @@ extern const davar_dialect_t davar_dronecan;
 extern const davar_dialect_t davar_cyphal;
 
 /** Starts an encoder. `rate_hz` is the sample rate of the instance. The address is copied.
- * @return False, with *telemetry unchanged, if the dialect does not allow the address. Cost: O(1). */
+ * @return False, with *telemetry unchanged, if the dialect does not allow the address.
+ *
+ * Cost: O(1). */
 DAVAR_NODISCARD bool davar_telemetry_init(davar_telemetry_t *telemetry,
                                           const davar_dialect_t *dialect,
                                           const davar_telemetry_address_t *from, double rate_hz);
@@ -96,9 +98,10 @@ DAVAR_NODISCARD bool davar_telemetry_init(davar_telemetry_t *telemetry,
 bool davar_telemetry_set_channel(davar_telemetry_t *telemetry, uint8_t channel);
 
 /** Starts the packets of one result.
- * `report`: what davar_glr_report gave with it; null: another law. The encoder reads *result and
- * *report until davar_telemetry_next returns false; do not change them before. `time_us` is the
- * time since boot in microseconds, as the autopilot counts it; only MAVLink sends it. Cost: O(1). */
+ * *report comes from davar_glr_report. Without it (null), the flags young and alarm are sent as 0.
+ * The encoder reads *result and *report until davar_telemetry_next returns false; do not change
+ * them before. `time_us` is the time since boot in microseconds, as the autopilot counts it; only
+ * MAVLink sends it. Cost: O(1). */
 void davar_telemetry_begin(davar_telemetry_t *telemetry, const davar_result_t *result,
                            const davar_glr_report_t *report, uint64_t time_us);
 
