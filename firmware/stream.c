@@ -80,7 +80,7 @@ void board_tick(void)
 /* --- used by the main loop --- */
 
 static davar_result_t result;
-static davar_glr_report_t report;
+static davar_glr_report_t glr_report;
 static davar_encoder_t encoder;
 static davar_can_health_t health;
 static char text[DAVAR_SLCAN_BYTES] = "\r"; /* ends an incomplete line of the reader */
@@ -113,10 +113,10 @@ static bool transmit(void)
 static void begin(void)
 {
     results++;
-    davar_glr_report(&davar, &report);
+    davar_glr_report(&davar, &glr_report);
     davar_fit(&sensor.plan, sensor.job.config.rate_hz, &result);
     take_health();
-    davar_encoder_begin(&encoder, &result, &report, &health);
+    davar_encoder_begin(&encoder, &result, &glr_report, &health);
 }
 
 /* The main loop of a firmware; here it ends with the recording. It polls, because an emulator that

@@ -11,6 +11,7 @@ import pytest
 from planner_case import ROOT, after_two_poles, gcc, printed_by, write
 
 README = ROOT / "README.md"
+PLANNER = ROOT / "docs/PLANNER.md"
 FIRMWARE = ROOT / "docs/FIRMWARE.md"  # each block continues the one before
 ALONE = [ROOT / "docs/DIALECTS.md", ROOT / "docs/GYROS.md", ROOT / "packaging/common/README.md"]
 PUBLIC = (header for folder in c_library.PUBLIC for header in folder.rglob("*.h"))
@@ -85,6 +86,44 @@ def test_the_example_of_the_readme_measures_its_input(tmp_path):
     assert np.mean((low <= truth) & (truth <= high)) > 0.85
 
 
+BESIDE_PLANNER = """#include "davar_setup.h"
+#include <stdio.h>
+static const int16_t counts[] = {counts};
+bool noise_changed(uint8_t axis, davar_change_t *change);
+int main(void)
+{{
+    davar_change_t change;
+    if (davar_setup_start() != DAVAR_OK) {{
+        return 1;
+    }}
+    for (int i = 0; i < (int)(sizeof counts / sizeof counts[0]); i++) {{
+        davar_setup_push(&counts[i], 1);
+        if (noise_changed(0, &change)) {{
+            printf("%d %g %g\\n", i, change.older, change.newer);
+        }}
+    }}
+    return 0;
+}}
+"""
+
+
+def test_the_example_of_the_planner_s_page_reports_that_the_noise_has_doubled(tmp_path):
+    write(
+        "--rate 100 --lsb 0.05 --bandwidth none --core cortex-m4f --false-alarms-per-hour 0.1",
+        tmp_path,
+    )
+    noise = np.random.default_rng(2).standard_normal(9000) * np.where(np.arange(9000) < 6000, 5, 10)
+    (tmp_path / "program.c").write_text(BESIDE_PLANNER.format(counts=listed(noise)))
+    (tmp_path / "example.c").write_text(*blocks(PLANNER))
+    sources = ["example.c", "program.c", "davar_setup.c", *c_library.SOURCES]
+    options = ("-O1", *STRICT, "@davar_setup.args")
+    assert gcc(tmp_path, *options, *sources, "-lm", "-o", "program") == ""
+    (line,) = printed_by([tmp_path / "program"]).splitlines()
+    at, older, newer = map(float, line.split())
+    assert 6000 < at < 6200
+    assert (older, newer) == (pytest.approx(0.25, rel=0.1), pytest.approx(0.5, rel=0.3))
+
+
 BESIDE_FIRMWARE = """
 #include <stdio.h>
 int main(void)
@@ -140,4 +179,4 @@ def test_no_example_is_elsewhere():
     folders = [path for path in ROOT.iterdir() if path.name not in ("build", ".git")]
     pages = [page for one in folders for page in (one.rglob("*.md") if one.is_dir() else [one])]
     found = [page for page in pages if page.suffix == ".md" and blocks(page)]
-    assert sorted(found) == sorted([README, FIRMWARE, *ALONE])
+    assert sorted(found) == sorted([README, FIRMWARE, PLANNER, *ALONE])

@@ -52,7 +52,8 @@ size_t davar_memory_size_f32(const davar_config_t *config);
 /** @{ */
 /** Starts an instance.
  * The caller owns config and memory (8-byte aligned). Both must outlive the instance, unchanged.
- * @return DAVAR_OK, or the first error found; on error nothing is written.
+ * @return DAVAR_OK, or the first error found; on error nothing is written, and no other function may
+ *         be called with the instance.
  *
  * Threads: stopped. Cost: O(T^2 + bytes). */
 DAVAR_NODISCARD davar_status_t davar_init_q15(davar_t *davar, const davar_config_t *config,

@@ -21,12 +21,14 @@ extern const davar_law_t davar_law_glr_q31;
 
 /** @{ */
 /** Windows of up to `blocks` blocks of 10 samples that begin where the noise last changed; part of
- * an initialiser of davar_config_t, as DAVAR_SONG. */
+ * an initialiser of davar_config_t, as DAVAR_SONG. For other settings of davar_config_t.glr, change
+ * the configuration before init. */
 #define DAVAR_GLR_Q15(blocks) .law = &davar_law_glr_q15, DAVAR_GLR_SETTINGS(blocks)
 #define DAVAR_GLR_Q31(blocks) .law = &davar_law_glr_q31, DAVAR_GLR_SETTINGS(blocks)
 /** @} */
 
-/** Bytes of memory for an instance configured by DAVAR_GLR_*, stride above 1; as DAVAR_MEMORY. */
+/** Bytes of memory for an instance configured by DAVAR_GLR_*, stride above 1, as DAVAR_MEMORY.
+ * longest: samples, ten for each block. */
 #define DAVAR_MEMORY_GLR(type, a_longest, a_largest, a_taus)                                       \
     DAVAR_MEMORY_OF_GLR(DAVAR_WORDS_##type, DAVAR_LONGEST_##a_longest, 10U,                        \
                         DAVAR_LARGEST_##a_largest, DAVAR_TAUS_##a_taus, 4U)

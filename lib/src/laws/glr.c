@@ -17,7 +17,7 @@
 #define OVER_FLOOR 4U  /* no shocks below this multiple of the variance of rounding */
 #define CALM 543U      /* a shock ends with a block below 2.12 means (widened); 8 digits */
 
-static const davar_spread_t none = {0U, 0U, 0U};
+static const davar_spread_t no_blocks = {0U, 0U, 0U};
 
 void davar_glr_reset(davar_glr_t *state)
 {
@@ -36,7 +36,7 @@ static void shorten(const davar_glr_t *state, const davar_glr_config_t *config,
     }
 }
 
-/* Adds the next block; `none` for a dropped one. */
+/* Adds the next block; `no_blocks` for a dropped one. */
 static void advance(davar_glr_t *state, const davar_glr_config_t *config,
                     const davar_spread_t *block)
 {
@@ -91,12 +91,12 @@ static void release(davar_glr_t *state, const davar_glr_config_t *config, bool i
 {
     event->dropped = is_shock ? state->pending : 0U;
     event->resolved += state->pending;
-    spread_copy(&event->shock, &none);
+    spread_copy(&event->shock, &no_blocks);
     for (uint32_t i = 0U; i < state->pending; i++) {
         if (is_shock) {
             spread_add(&event->shock, &state->waiting[i]);
         }
-        advance(state, config, is_shock ? &none : &state->waiting[i]);
+        advance(state, config, is_shock ? &no_blocks : &state->waiting[i]);
     }
     state->pending = 0U;
 }
@@ -199,7 +199,7 @@ void davar_glr_push(davar_glr_t *state, const davar_glr_config_t *config,
     if (state->eight.blocks == 8U) {
         davar_dispersion_learn(&state->of_8, spread_logarithm(&state->eight), config->step_of_8,
                                MEMORY_OF_8);
-        spread_copy(&state->eight, &none);
+        spread_copy(&state->eight, &no_blocks);
     }
     if (!hold(state, config, block, event)) {
         advance(state, config, block);
@@ -212,7 +212,7 @@ void davar_glr_skip(davar_glr_t *state, const davar_glr_config_t *config, davar_
 {
     clear(event);
     release(state, config, true, event);
-    advance(state, config, &none);
+    advance(state, config, &no_blocks);
     event->resolved++;
 }
 

@@ -183,7 +183,10 @@ def remarks(plan: Plan) -> list[str]:
             "withheld. State it with --bandwidth, or --bandwidth none"
         )
     elif wishes.bandwidth == wishes.sensor_bandwidth:
-        found.append(f"set the gyro to the low-pass of this plan: --bandwidth {wishes.bandwidth}")
+        found.append(
+            f"set the gyro to the low-pass of this plan, {wishes.bandwidth} (Hz:order), "
+            "or state yours with --bandwidth"
+        )
     counts = noise_counts(wishes)
     if 0 < counts < 1:
         found.append(

@@ -81,8 +81,9 @@ extern "C" {{
 #define DAVAR_SETUP_AXES {axes}
 #define DAVAR_SETUP_RATE_HZ {rate!r}
 
-/* Starts all axes. Call it once, before the interrupt is enabled. Returns DAVAR_OK. */
-davar_status_t davar_setup_start(void);
+/* Starts all axes. Call it once, before the interrupt is enabled. Returns DAVAR_OK, or an error:
+ * then call no other function of this file. */
+DAVAR_NODISCARD davar_status_t davar_setup_start(void);
 
 /* Pushes `count` samples of {each}
  * Call it from the interrupt, with blocks of any size. It never waits. */
@@ -93,7 +94,8 @@ void davar_setup_push(const {sample} *samples, size_t count);
 void davar_setup_gap(uint32_t missing);
 
 /* Returns the newest result of an axis, 0 to {last}, or null if there is no new one.
- * Call it in the main loop. The result is valid until the next call{also}:
+ * Call it in the main loop. The result is valid until the next call{also}, for any
+ * axis:
  *   coefficient[DAVAR_ANGLE_RANDOM_WALK]: present, value, low, high, in deg/sqrt(h)
  *   noise: why a coefficient is absent{more} */
 const davar_result_t *davar_setup_take(uint8_t axis);

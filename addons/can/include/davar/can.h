@@ -113,7 +113,7 @@ typedef enum {
 /** @name Optional frames of a result
  * Their sum is `content` of davar_encoder_init. DAVAR_Arw, DAVAR_State, DAVAR_Stationarity,
  * DAVAR_End, DAVAR_Health and DAVAR_Setup are always sent. @{ */
-#define DAVAR_SEND_ADEV 1U         /**< one frame per tau */
+#define DAVAR_SEND_ADEV 1U         /**< one frame per tau; law glr: the levels of a change too */
 #define DAVAR_SEND_COEFFICIENTS 2U /**< five frames */
 #define DAVAR_SEND_INTERVALS 4U    /**< ten more: the 95 % limits of the coefficients */
 /** one 64-byte frame replaces all of these; DAVAR_Adev from the ninth tau on */
