@@ -261,6 +261,12 @@ def test_a_number_and_a_name_have_all_their_forms():
     assert command(f"{words} icm42688@1000") == command(f"{words} ICM42688@1000")
 
 
+def test_an_unknown_option_names_the_one_that_is_near():
+    done = run([*PLAIN.split(), "--false-alarms", "0.1"])
+    assert (done.status, done.out) == (2, "")
+    assert "--false-alarms: unknown option; do you mean --false-alarms-per-hour?" in done.err
+
+
 @pytest.mark.parametrize(
     "typed, sensor, core",
     [

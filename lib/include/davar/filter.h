@@ -23,8 +23,8 @@ typedef struct davar_filter {
     double
         cutoff; /**< -3 dB over the rate of the samples that davar gets, 0.002 to 2 times decimation */
     double uncertainty; /**< relative standard uncertainty of cutoff, 0 to 0.5 */
-    uint8_t poles;      /**< 1: first order; 2: second order, Butterworth; 0: no low-pass */
-    uint8_t averages;   /**< moving averages in series, 0 to 8; a CIC of order n has n */
+    uint8_t poles; /**< of an analogue low-pass, sampled: 1, 2 (Butterworth), or 0: no low-pass */
+    uint8_t averages; /**< moving averages in series, 0 to 8; a CIC of order n has n */
     /** samples in each moving average, before the decimation, 1 to 4096; averages * length is at
      * most DAVAR_FILTER_SPAN_MOST samples after the decimation */
     uint16_t length;

@@ -1,5 +1,6 @@
 """The wishes of a command line: what the user has and wants, in physical units."""
 
+import difflib
 import math
 import re
 from collections.abc import Callable, Sequence
@@ -149,7 +150,9 @@ def _values(words: Sequence[str], options: Sequence[str]) -> dict[str, str]:
         if option in OF_A_FIT:
             raise BadOption(f"{option}: only for the plan of a fit, where --taus is the first word")
         if option not in options or (option in FLAGS and inside):
-            raise BadOption(f"{option}: unknown option (see --help)")
+            near = difflib.get_close_matches(option, options, 1)
+            hint = f"; do you mean {near[0]}?" if near else ""
+            raise BadOption(f"{option}: unknown option{hint} (see --help)")
         if option in found:
             raise BadOption(f"{option}: given twice")
         if option in FLAGS:
