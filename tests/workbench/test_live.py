@@ -12,6 +12,8 @@ import subprocess
 import time
 
 import pytest
+import senders
+from davarlab.workbench import listening
 from playwright.sync_api import expect
 from recordings_made import FIRST, model_file, smoothed
 from visiting import ROOT, run
@@ -53,7 +55,7 @@ def close(value, relative):
     return pytest.approx(float(value), rel=relative)
 
 
-def listening(page, source):
+def listens(page, source):
     page.fill("#source", source)
     page.click("#listen")
     return page
@@ -91,6 +93,35 @@ def test_what_is_sent_is_shown_and_kept(folder, opened, sender):
     assert "live.csv:1: results of davar-sim or davarlab live" in done.stderr
     status, answer = bench.drop("live.csv", b"time_s,gyro_z_dps\n")
     assert status == 400, answer  # it would replace the file
+
+
+class Sent:
+    """A source that ends after 20 results."""
+
+    def __init__(self, name, faults, say):
+        self.name, self.may_come = name, True
+
+    def frames(self, idle_s):
+        self.may_come = False
+        yield from senders.frames(senders.run(1, 20, session=7))
+
+    def close(self):
+        pass
+
+
+def test_nobody_sees_that_a_source_has_ended_before_its_last_rows(folder, monkeypatch):
+    seen = []
+
+    class Asked(listening.Listening):
+        def standing(self):
+            found = super().standing()
+            seen.append((found["ended"], sum(map(len, self.results.values()))))
+            return found
+
+    monkeypatch.setattr(listening, "Source", Sent)
+    Asked("can:x", folder / "arw.csv", folder / "raw.csv", lambda **news: None).thread.join()
+    assert (True, 20) in seen
+    assert {rows for ended, rows in seen if ended} == {20}
 
 
 def test_why_there_is_no_angle_random_walk(folder, opened, sender):
@@ -175,7 +206,7 @@ def test_the_allan_curve_grows_to_a_day(folder, opened, sender):
 def test_the_screen_shows_what_the_server_has(opened, sender, tabs):
     _, source = sender(*DEMO, "--law", "glr", "--longest-tau", "110")
     bench = opened()
-    page = listening(tabs.open(bench), source)
+    page = listens(tabs.open(bench), source)
     expect(page.locator("#live-state")).to_contain_text("ended")
     found = bench.ask("live")
     rows, curve = found["rows"], found["curves"]["0"]
@@ -210,14 +241,14 @@ def test_the_screen_shows_what_the_server_has(opened, sender, tabs):
 def test_the_screen_says_why_there_is_no_number(folder, opened, sender, tabs):
     recording = smoothed(folder / "smooth.csv")
     _, source = sender(SIM, recording, "--rate", "100", "--stride", "100")
-    page = listening(tabs.open(opened()), source)
+    page = listens(tabs.open(opened()), source)
     expect(page.locator("#live-arw")).to_have_text("ARW absent")
     expect(page.locator("#live-why")).to_contain_text("(filtered): the short cluster sizes")
     expect(page.locator("#live-why")).to_contain_text("--bandwidth HZ[:ORDER]")
 
 
 def test_a_sender_that_goes_on_is_frozen_and_stopped(opened, sender, tabs):
-    page = listening(tabs.open(opened()), sender(*DEMO, "--pace", "5")[1])
+    page = listens(tabs.open(opened()), sender(*DEMO, "--pace", "5")[1])
     expect(page.locator("#live-epoch")).to_be_visible()
     page.click("#freeze")
     expect(page.locator("#freeze")).to_have_text("Resume")

@@ -85,8 +85,7 @@ class Listening:
             internal_error(why)
             self.say(f"an internal error: {type(why).__name__}: {why}")
         finally:
-            self.ended = True
-            self.tell_news(at_once=True)
+            self.tell_news(last=True)
 
     def take(self, result: Result) -> None:
         """Keeps a result; it is told when DAVAR_Setup has named what it holds."""
@@ -114,20 +113,22 @@ class Listening:
                 file.write(block)
                 left -= len(block)
 
-    def tell_news(self, at_once: bool = False) -> None:
-        if not at_once and time.monotonic() - self.told_at < TOLD_S:
+    def tell_news(self, last: bool = False) -> None:
+        """last: at once, and the source has ended: nobody sees that before the last rows."""
+        if not last and time.monotonic() - self.told_at < TOLD_S:
             return
         self.told_at = time.monotonic()
         named = [record.is_named(result, result.sender) for result in self.fresh]
-        if at_once or named.count(False) >= record.WAITING_MAX:
+        if last or named.count(False) >= record.WAITING_MAX:
             named = [True] * len(named)
         told = [result for result, now in zip(self.fresh, named) if now]
         self.fresh = [result for result, now in zip(self.fresh, named) if not now]
-        before, self.stood = self.stood, self.standing()
         with self.lock:
             for result in told:
                 self.results.setdefault(result.channel, deque(maxlen=KEPT)).append(result)
             self.count += len(told)
+            self.ended = last
+            before, self.stood = self.stood, self.standing()
         if told or self.stood != before:
             self.tell(
                 live={
