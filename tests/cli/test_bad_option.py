@@ -26,7 +26,7 @@ REFUSED = {
     "--law": "none OR '' kurtosi",
     "--mode": "center '' Trailing",
     "--arith": "double '' q15",
-    "--bandwidth": "'' x -1 0 10:3 10:2:x average:0 cic9:4",
+    "--bandwidth": "'' x -1 0 10:3 10:2:x 10:2:-1 10:2:50.1 10:2: average:0 cic9:4",
     "--out": "xml '' CSV can: can:vcan0 slcan:/dev/ttyACM0",
     "--can-base": "'' 0x x 7F1 5D0h -1",
     "--can-content": "'' all",
