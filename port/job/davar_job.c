@@ -202,15 +202,16 @@ void davar_job_decode_result(size_t *channel, davar_result_t *result, davar_glr_
     result->kurtosis = double_of(words[6]);
     result->contribution = double_of(words[7]);
     result->tau_count = (uint8_t)words[8];
-    report->alarm = words[9] != 0U;
-    report->young = words[10] != 0U;
-    report->cut_age_samples = (uint32_t)words[11];
     result->dispersion = double_of(words[12]);
-    report->change = (davar_change_t){(uint32_t)words[13], double_of(words[14]),
-                                      double_of(words[15]), double_of(words[16])};
     result->noise = (davar_noise_t)words[17];
-    report->steady = (davar_steady_t){words[18], double_of(words[19]), double_of(words[20]),
-                                      double_of(words[21])};
+    *report = (davar_glr_report_t){
+        .epoch = result->epoch,
+        .alarm = words[9] != 0U,
+        .young = words[10] != 0U,
+        .cut_age_samples = (uint32_t)words[11],
+        .change = {(uint32_t)words[13], double_of(words[14]), double_of(words[15]),
+                   double_of(words[16])},
+        .steady = {words[18], double_of(words[19]), double_of(words[20]), double_of(words[21])}};
     result->unit_per_count = 0.0; /* the result is already fitted */
     const uint64_t *word = &words[DAVAR_JOB_HEAD];
     for (uint32_t t = 0U; t < result->tau_count; t++, word += 6) {

@@ -139,8 +139,9 @@ static void check_frames(void)
 static void send(bytes_t *bytes)
 {
     davar_encoder_session(&encoder, byte(bytes));
-    davar_encoder_monitor(&encoder, ((byte(bytes) % 4U) == 0U) ? NULL : &misfit);
-    davar_encoder_begin(&encoder, &result, &report, &health);
+    const uint8_t absent = byte(bytes);
+    davar_encoder_monitor(&encoder, ((absent % 4U) == 0U) ? NULL : &misfit);
+    davar_encoder_begin(&encoder, &result, ((absent % 3U) == 0U) ? NULL : &report, &health);
     check_frames();
 }
 
@@ -196,7 +197,7 @@ static void send_telemetry(bytes_t *bytes)
             add_packet(&packet);
             REQUIRE(!davar_telemetry_heartbeat(&telemetry, now, &packet));
         }
-        davar_telemetry_begin(&telemetry, &result, &report, now);
+        davar_telemetry_begin(&telemetry, &result, ((now % 3U) == 0U) ? NULL : &report, now);
         while (davar_telemetry_next(&telemetry, &packet)) {
             add_packet(&packet);
             REQUIRE(++packets <= 6U);
