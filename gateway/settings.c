@@ -13,9 +13,7 @@ static bool read_filter(const option_t *option, const char *text, void *place, s
 {
     setup_t *const setup = place;
     (void)option;
-    setup->declares_filter = bandwidth_read(text, &setup->bandwidth);
-    return setup->declares_filter ||
-           sim_fail(error, "--bandwidth: expected " BANDWIDTH_FORMS ", found '%s'", text);
+    return setup_read_filter(setup, text, "", error);
 }
 
 static bool read_bits(const option_t *option, const char *text, void *place, sim_error_t *error)
@@ -66,10 +64,12 @@ static const option_t SOURCE[] = {
     {"rate", "HZ", read_positive, AT(setup.rate_hz), "sample rate"},
     {"lsb", "DPS", read_positive, AT(setup.lsb), "size of a count in deg/s"},
     {"bandwidth", "FILTER", read_filter, 0,
-     "what the gyro's noise passes: HZ[:ORDER[:PERCENT]] (a low-pass of\n"
-     "1 or 2 poles, default 2, known to PERCENT, default 10),\n"
-     "average:N, cic[ORDER]:N, sum:N, HZ+average:N or none (default:\n"
-     "unknown; results that the filter could falsify are then withheld)"},
+     "what the gyro's noise passes: HZ[:ORDER[:PERCENT]] (analogue, of\n"
+     "1 or 2 poles, default 2, known to PERCENT, default 10), biquad:HZ,\n"
+     "pt1:HZ, notch:HZ:Q, average:N, cic[ORDER]:N, sum:N,\n"
+     "ba:B0,B1,..[:A1,A2,..], or several with + between them; or none\n"
+     "(default: unknown; results that the filter could falsify are then\n"
+     "withheld)"},
     {"bits", "N", read_bits, AT(bits), "width of a count, 2 to 32 (default 24)"},
     {"skip-torn-reads", NULL, read_flag, AT(setup.skips_torn),
      "skip torn register reads: single counts that jump by a power of\n"
@@ -235,11 +235,12 @@ static bool configure(node_settings_t *settings, sim_error_t *error)
         config->stride =
             (config->window.longest < STRIDE_USUAL) ? config->window.longest : STRIDE_USUAL;
     }
+    const bool declares = (setup->filter != NULL);
     if (!setup_check(config, false, error) ||
-        !setup_filter(setup, config->rate_hz, &settings->filter, error)) {
+        (declares && !setup_filter(setup, config->rate_hz, &settings->filter, error))) {
         return false;
     }
-    setup_adapt(setup, config, setup->declares_filter ? &settings->filter : NULL);
+    setup_adapt(setup, config, declares ? &settings->filter : NULL);
     return setup_curve(setup, config, DAVAR_PORT_Q31, &settings->curve, error);
 }
 

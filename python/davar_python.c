@@ -166,28 +166,30 @@ static void add_segments(spectrum_t *spectrum, const double *values, size_t coun
                          const size_t *ends)
 {
     size_t end = 0;
-    for (size_t i = 0; i < spectrum_places(count); i++) {
-        const size_t first = (size_t)spectrum_place(count, i);
+    for (size_t i = 0; i < spectrum_places(spectrum, count); i++) {
+        const size_t first = (size_t)spectrum_place(spectrum, count, i);
         while (ends[end] <= first) {
             end++;
         }
-        if (first + SPECTRUM_SEGMENT <= ends[end]) {
+        if (first + spectrum->segment <= ends[end]) {
             spectrum_add(spectrum, values + first);
         }
     }
 }
 
 bool davar_python_learn(davar_python_t *run, const double *values, size_t count, const size_t *ends,
-                        double rate_hz, char *option, size_t size)
+                        char *option, size_t size)
 {
+    char text[LEARN_TEXT];
     const bool counted = (run->options.arith == ARITH_FIXED) && (run->options.setup.lsb > 0.0);
     spectrum_t spectrum = {0};
-    if (!spectrum_open(&spectrum)) {
+    if (!spectrum_open(&spectrum, count)) {
         return sim_fail(&run->error, "out of memory");
     }
     add_segments(&spectrum, values, count, ends);
     run->learned = learn_filter(&spectrum, counted ? (1.0 / 12.0) : 0.0);
-    learn_option(&run->learned, rate_hz, option, size);
+    learn_option(&run->learned, text);
+    (void)snprintf(option, size, "%s", text);
     spectrum_close(&spectrum);
     return true;
 }

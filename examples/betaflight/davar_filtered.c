@@ -70,37 +70,40 @@ void davar_filtered_sample(void)
 
 /* --- used by the task --- */
 
-/* Seconds; 0: no filter. */
-static float time_constant(float cutoff_hz)
+/* Appends a low-pass of the firmware. False: a type without its coefficients here. */
+static bool append(davar_filter_t *filter, int type, float cutoff_hz)
 {
-    return (cutoff_hz > 0.0f) ? 1.0f / (2.0f * M_PIf * cutoff_hz) : 0.0f;
-}
-
-/* The time constant of the one filter of first order that takes as much from a long Allan deviation
- * as two in series: the first moment of the autocorrelation of their output. */
-static float together(float a, float b)
-{
-    return (a + b > 0.0f) ? (a * a + a * b + b * b) / (a + b) : 0.0f;
+    const double cutoff = (double)cutoff_hz / (double)gyro.sampleRateHz;
+    if (cutoff_hz <= 0.0f) {
+        return true;
+    }
+    if (type == FILTER_PT1) {
+        davar_filter_pt1(filter, cutoff);
+    } else if (type == FILTER_BIQUAD) {
+        davar_filter_biquad(filter, cutoff);
+    } else {
+        return false;
+    }
+    return true;
 }
 
 void davar_filtered_start(void)
 {
     const gyroConfig_t *set = gyroConfig();
-    if ((set->gyro_lpf1_type != FILTER_PT1) || (set->gyro_lpf2_type != FILTER_PT1)) {
-        return; /* their gain is not the one below */
-    }
     const bool dynamic = set->gyro_lpf1_dyn_min_hz > 0U; /* its cutoff rises with the throttle */
     const float slow = dynamic ? set->gyro_lpf1_dyn_min_hz : set->gyro_lpf1_static_hz;
     const float fast = dynamic ? set->gyro_lpf1_dyn_max_hz : set->gyro_lpf1_static_hz;
-    const float first = 0.5f * (time_constant(slow) + time_constant(fast));
-    const float constant = together(first, time_constant(set->gyro_lpf2_static_hz));
+    const float middle = (slow > 0.0f) ? 2.0f / (1.0f / slow + 1.0f / fast) : 0.0f;
     config.rate_hz = (double)gyro.sampleRateHz / (double)MEAN;
     config.unit_per_count = (double)(gyro.scale * STEP);
-    davar_filter_t filter = {.averages = 1, .length = MEAN, .decimation = MEAN};
-    if (constant > 0.0f) {
-        filter.poles = 1;
-        filter.cutoff = (double)(1.0f / (2.0f * M_PIf * constant)) / config.rate_hz;
-        filter.uncertainty = (double)UNCERTAIN;
+    davar_filter_t filter = {.uncertainty = (double)UNCERTAIN};
+    if (!append(&filter, set->gyro_lpf1_type, middle) ||
+        !append(&filter, set->gyro_lpf2_type, set->gyro_lpf2_static_hz)) {
+        return;
+    }
+    davar_filter_cic(&filter, 1, MEAN);
+    if (!davar_filter_is_valid(&filter)) {
+        return; /* a cutoff out of its range */
     }
     davar_plan_init_filtered(&plan, taus, TAUS, &filter);
     running = true;

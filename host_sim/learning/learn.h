@@ -2,19 +2,19 @@
 #ifndef LEARN_H
 #define LEARN_H
 
-#include "davar/fit.h"
+#include "davar/filter.h"
 #include "learning/spectrum.h"
 
 #define LEARN_SEGMENTS_LEAST 16U
+#define LEARN_TEXT 512U /* characters of a filter as an option */
 
 typedef enum {
     LEARN_NOTHING = 0, /* before learning */
     LEARN_FOUND,
     LEARN_NONE,    /* white up to half the sample rate */
     LEARN_WIDE,    /* white, but a wide low-pass is not excluded */
-    LEARN_VAGUE,   /* several filters explain the spectrum, with different white noise */
-    LEARN_MISFIT,  /* no filter of the family explains the spectrum */
-    LEARN_BEHIND,  /* noise after the filter, above its rounding, hides it */
+    LEARN_VAGUE,   /* the spectrum leaves the white noise before the filter open */
+    LEARN_MISFIT,  /* no model explains the spectrum */
     LEARN_SHORT,   /* fewer than LEARN_SEGMENTS_LEAST segments at rest */
     LEARN_CONSTANT /* the signal does not change */
 } learn_status_t;
@@ -22,7 +22,10 @@ typedef enum {
 typedef struct {
     learn_status_t status;
     davar_filter_t filter; /* of LEARN_FOUND; all zeros: none */
+    unsigned averages;     /* in series, if the filter is moving averages; otherwise 0 */
+    unsigned length;       /* samples of each */
     size_t segments;       /* at rest */
+    size_t segment;        /* samples of each */
 } learned_t;
 
 /* Learns from the segments of one signal. rounding: variance of rounding to counts, in the unit of
@@ -32,10 +35,10 @@ learned_t learn_filter(spectrum_t *spectrum, double rounding);
 /* True if the filter may be declared. */
 bool learn_knows(const learned_t *learned);
 
-/* Writes what was learned, for example "two-pole low-pass at 33.1 Hz (+-0.4 Hz)". */
-void learn_describe(const learned_t *learned, double rate_hz, char *text, size_t size);
+/* Writes what was learned, for example "a filter with -3 dB at 33.1 Hz (ARW known to 0.8 %)". */
+void learn_describe(const learned_t *learned, double rate_hz, char text[LEARN_TEXT]);
 
-/* Writes the same as a value of --bandwidth, for example "33.1:2:1.2"; "" if nothing is known. */
-void learn_option(const learned_t *learned, double rate_hz, char *text, size_t size);
+/* Writes the same as a value of --bandwidth, "ba:.."; "" if nothing is known. */
+void learn_option(const learned_t *learned, char text[LEARN_TEXT]);
 
 #endif

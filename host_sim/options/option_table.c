@@ -64,9 +64,8 @@ static bool read_filter(const option_t *option, const char *text, void *place, s
     setup_t *const setup = &options->setup;
     (void)option;
     options->learns_filter = (strcmp(text, "auto") == 0);
-    setup->declares_filter = !options->learns_filter && bandwidth_read(text, &setup->bandwidth);
-    return options->learns_filter || setup->declares_filter ||
-           sim_fail(error, "--bandwidth: expected " BANDWIDTH_FORMS ", or auto, found '%s'", text);
+    setup->filter = NULL;
+    return options->learns_filter || setup_read_filter(setup, text, "; or auto", error);
 }
 
 static bool read_gap(const option_t *option, const char *text, void *place, sim_error_t *error)
@@ -149,13 +148,14 @@ static const option_t RECORDING[] = {
      "what the gyro's noise passed before it was recorded (default:\n"
      "unknown; the fit then withholds its result where the short\n"
      "cluster sizes read low):\n"
-     "HZ[:ORDER[:PERCENT]]: a low-pass of 1 or 2 poles (default 2),\n"
-     "-3 dB at HZ, known to PERCENT (default 10)\n"
-     "average[ORDER]:N: ORDER (default 1) moving averages of N samples,\n"
-     "together at most 1024\n"
+     "HZ[:ORDER[:PERCENT]]: an analogue low-pass of 1 or 2 poles\n"
+     "(default 2), -3 dB at HZ, known to PERCENT (default 10)\n"
+     "biquad:HZ, pt1:HZ, notch:HZ:Q: digital, at the sample rate\n"
+     "average[ORDER]:N: ORDER (default 1) moving averages of N samples\n"
      "cic[ORDER]:N: the same, keeping every N-th sample\n"
      "sum:N: sums of N counts (davar_average of the library)\n"
-     "HZ+average:N: a low-pass, then one of these; none: no filter\n"
+     "ba:B0,B1,..[:A1,A2,..]: coefficients, with A0 = 1\n"
+     "FILTER+FILTER: in series, in this order; none: no filter\n"
      "auto: learned for each column from the whole recording, which\n"
      "needs 4352 samples at rest; standard error reports the result"},
     {"gap", "FACTOR", read_gap, AT(gap_factor),

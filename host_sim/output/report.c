@@ -138,12 +138,12 @@ void report_torn(const selection_t *selection, const uint64_t *torn)
 void report_learned(const selection_t *selection, const learned_t *learned, double rate_hz)
 {
     for (size_t c = 0; c < selection->count; c++) {
-        char text[128];
-        char option[64];
-        learn_describe(&learned[c], rate_hz, text, sizeof text);
-        learn_option(&learned[c], rate_hz, option, sizeof option);
-        (void)fprintf(stderr, "davar-sim: %s: %s, from %zu segments of %u samples%s%s\n",
-                      selection->name[c], text, learned[c].segments, SPECTRUM_SEGMENT,
+        char text[LEARN_TEXT];
+        char option[LEARN_TEXT];
+        learn_describe(&learned[c], rate_hz, text);
+        learn_option(&learned[c], option);
+        (void)fprintf(stderr, "davar-sim: %s: %s, from %zu segments of %zu samples%s%s\n",
+                      selection->name[c], text, learned[c].segments, learned[c].segment,
                       (option[0] != '\0') ? "; to declare it: --bandwidth " : "", option);
     }
 }
@@ -166,8 +166,9 @@ void report_coarse(uint64_t coarse, uint64_t rows)
     if (coarse > 0U) {
         (void)fprintf(stderr,
                       "davar-sim: note: %" PRIu64 " of %" PRIu64
-                      " results: the noise is below half a count, so rounding hides the angle "
-                      "random walk; record with a finer count (--details shows its upper limit)\n",
+                      " results: the noise, or its step from sample to sample, is below half a "
+                      "count, so rounding hides the angle random walk; record with a finer count "
+                      "(--details shows its upper limit)\n",
                       coarse, rows);
     }
 }

@@ -7,92 +7,266 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Reads a whole number from 1 to most at *text and moves on. */
-static bool read_count(const char **text, uint32_t most, uint32_t *count)
+/* One part of the text, and the rate at its place. */
+typedef struct {
+    const char *at; /* what is not yet read; null after an error */
+    const char *end;
+    double rate_hz; /* 0: only the form counts */
+    davar_filter_t *filter;
+} part_t;
+
+/* --- what a part consists of --- */
+
+static void expect(part_t *part, bool good)
 {
-    uint32_t value = 0U;
-    const char *digit = *text;
-    while ((*digit >= '0') && (*digit <= '9') && (value <= most)) {
-        value = (10U * value) + (uint32_t)(*digit - '0');
-        digit++;
-    }
-    const bool good = (digit != *text) && (value >= 1U) && (value <= most);
-    *text = digit;
-    *count = value;
-    return good;
+    part->at = good ? part->at : NULL;
 }
 
-/* Reads the moving averages at *text and moves on. */
-static bool read_averages(const char **text, davar_filter_t *filter)
+/* Skips `c`. False: something else is there. */
+static bool skip(part_t *part, char c)
 {
-    uint32_t order = 1U;
-    uint32_t length = 0U;
-    const bool is_sum = strncmp(*text, "sum", 3U) == 0;
-    const bool is_average = strncmp(*text, "average", 7U) == 0;
-    *text += is_average ? 7U : 3U;
-    bool good = is_sum || (**text == ':') || read_count(text, 8U, &order);
-    good = good && (**text == ':');
-    *text += good ? 1U : 0U;
-    good = good && read_count(text, 4096U, &length);
-    good = good && (!is_average || ((order * length) <= DAVAR_FILTER_SPAN_MOST));
-    filter->averages = (uint8_t)order;
-    filter->length = (uint16_t)length;
-    filter->decimation = (uint16_t)(is_average ? 1U : length);
-    filter->summed = (uint16_t)(is_sum ? length : 1U);
-    return good;
+    const bool is_there = (part->at != NULL) && (part->at < part->end) && (*part->at == c);
+    part->at += is_there ? 1 : 0;
+    return is_there;
 }
 
-/* Reads the low-pass at *text and moves on. */
-static bool read_low_pass(const char **text, bandwidth_t *bandwidth)
+static double read_number(part_t *part, double least, double most)
 {
     char *end = NULL;
-    uint32_t order = 2U;
-    double percent = 10.0;
-    bandwidth->hz = strtod(*text, &end);
-    bool good = (end != *text) && isfinite(bandwidth->hz) && (bandwidth->hz > 0.0);
-    *text = end;
-    if (good && (**text == ':')) {
-        (*text)++;
-        good = read_count(text, 2U, &order);
-        if (good && (**text == ':')) {
-            const char *const begin = *text + 1;
-            percent = strtod(begin, &end);
-            good = (end != begin) && (percent >= 0.0) && (percent <= 50.0);
-            *text = end;
-        }
+    if (part->at == NULL) {
+        return 0.0;
     }
-    bandwidth->filter.poles = (uint8_t)order;
-    bandwidth->filter.uncertainty = 0.01 * percent;
-    return good;
+    const double value = strtod(part->at, &end);
+    const bool good = (end != part->at) && (end <= part->end) && (value >= least) &&
+                      (value <= most); /* not NaN */
+    part->at = good ? end : NULL;
+    return good ? value : 0.0;
 }
 
-bool bandwidth_read(const char *text, bandwidth_t *bandwidth)
+static unsigned read_count(part_t *part, unsigned most)
 {
-    *bandwidth = (bandwidth_t){.hz = 0.0};
+    const double value = read_number(part, 1.0, (double)most);
+    expect(part, (part->at != NULL) && (floor(value) >= value));
+    return (unsigned)value;
+}
+
+/* ":PERCENT" at the end of a part, or `usual`. Returns a share. */
+static double read_percent(part_t *part, double usual)
+{
+    return 0.01 * (skip(part, ':') ? read_number(part, 0.0, 50.0) : usual);
+}
+
+static void set_largest(double *share, double other)
+{
+    *share = fmax(*share, other);
+}
+
+/* A frequency over the rate. */
+static double read_hz(part_t *part)
+{
+    const double hz = read_number(part, 0.0, HUGE_VAL);
+    expect(part, (hz > 0.0) && isfinite(hz));
+    return (part->rate_hz > 0.0) ? (hz / part->rate_hz) : 0.1;
+}
+
+/* --- the parts --- */
+
+static void read_low_pass(part_t *part)
+{
+    const double cutoff = read_hz(part);
+    const unsigned order = skip(part, ':') ? read_count(part, 2U) : 2U;
+    davar_filter_low_pass(part->filter, cutoff, order, read_percent(part, 10.0));
+}
+
+static void read_biquad(part_t *part)
+{
+    davar_filter_biquad(part->filter, read_hz(part));
+    set_largest(&part->filter->uncertainty, read_percent(part, 0.0));
+}
+
+static void read_pt1(part_t *part)
+{
+    davar_filter_pt1(part->filter, read_hz(part));
+    set_largest(&part->filter->uncertainty, read_percent(part, 0.0));
+}
+
+static void read_notch(part_t *part)
+{
+    const double centre = read_hz(part);
+    expect(part, skip(part, ':'));
+    davar_filter_notch(part->filter, centre, read_number(part, 0.1, 100.0));
+    set_largest(&part->filter->uncertainty, read_percent(part, 0.0));
+}
+
+/* [ORDER]:N, of which the colon is already skipped if there is no order. */
+static unsigned read_order(part_t *part)
+{
+    const bool has_order = (part->at[-1] != ':');
+    const unsigned order = has_order ? read_count(part, 8U) : 1U;
+    expect(part, !has_order || skip(part, ':'));
+    return order;
+}
+
+static void read_average(part_t *part)
+{
+    const unsigned order = read_order(part);
+    davar_filter_average(part->filter, order, read_count(part, DAVAR_FILTER_SPAN));
+}
+
+static void read_cic(part_t *part)
+{
+    const unsigned order = read_order(part);
+    davar_filter_cic(part->filter, order, read_count(part, 4096U));
+}
+
+static void read_sum(part_t *part)
+{
+    davar_filter_sum(part->filter, read_count(part, 4096U));
+}
+
+static unsigned read_list(part_t *part, double values[], unsigned most)
+{
+    unsigned count = 0U;
+    do {
+        expect(part, count < most);
+        values[(count < most) ? count : 0U] = read_number(part, -1e9, 1e9);
+        count++;
+    } while (skip(part, ','));
+    return count;
+}
+
+static void read_ba(part_t *part)
+{
+    double b[DAVAR_FILTER_ZEROS + 1U] = {0.0};
+    double a[DAVAR_FILTER_POLES + 1U] = {1.0};
+    const unsigned zeros = read_list(part, b, DAVAR_FILTER_ZEROS + 1U);
+    const unsigned poles = skip(part, ':') ? read_list(part, &a[1], DAVAR_FILTER_POLES) : 0U;
+    if (part->at != NULL) {
+        davar_filter_ba(part->filter, b, zeros, a, poles + 1U);
+        set_largest(&part->filter->level, read_percent(part, 0.0));
+    }
+}
+
+/* The name with the colon after it, or a name before [ORDER]:; the low-pass has none. */
+static const struct {
+    const char *name;
+    void (*read)(part_t *part);
+    bool has_hz;
+    const char *expected;
+} PARTS[] = {
+    {"biquad:", read_biquad, true, "biquad:HZ[:PERCENT] with HZ below half the sample rate there"},
+    {"pt1:", read_pt1, true,
+     "pt1:HZ[:PERCENT] with HZ from 0.002 to 4 times the sample rate there"},
+    {"notch:", read_notch, true,
+     "notch:HZ:Q[:PERCENT] with HZ below half the sample rate there and Q from 0.1 to 100"},
+    {"average:", read_average, false, "average:N with N to 1024"},
+    {"average", read_average, false, "average[ORDER]:N with ORDER to 8 and ORDER times N to 1024"},
+    {"cic:", read_cic, false, "cic:N with N to 4096"},
+    {"cic", read_cic, false, "cic[ORDER]:N with ORDER to 8 and N to 4096"},
+    {"sum:", read_sum, false, "sum:N with N to 4096, as the last part"},
+    {"ba:", read_ba, false,
+     "ba:B0,B1,..[:A1,A2,..[:PERCENT]] without A0, which is 1; 1 to 32 B whose sum is not 0, and "
+     "up "
+     "to 8 A that are stable and forget a sample within 1024"},
+    {"", read_low_pass, true,
+     "HZ[:ORDER[:PERCENT]] as the first part, with HZ from 0.002 to 4 times the sample rate there, "
+     "order 1 or 2, at most 50 percent"},
+};
+#define COUNT (sizeof PARTS / sizeof PARTS[0])
+
+static const char SERIES[] = "a series of up to 8 poles and 31 zeros that forgets a sample within "
+                             "1024, an analogue low-pass only as its first part and sum:N as its "
+                             "last";
+
+static const char FORMS[] =
+    "parts with + between them: HZ[:ORDER[:PERCENT]], biquad:HZ, pt1:HZ, notch:HZ:Q, "
+    "average[ORDER]:N, cic[ORDER]:N, sum:N, ba:B0,B1,..[:A1,A2,..]; or none";
+
+/* --- the text --- */
+
+/* The end of a part: its +, which is not the sign of a number or of an exponent. */
+static const char *end_of(const char *text)
+{
+    const char *at = text;
+    while ((*at != '\0') && ((*at != '+') || ((at > text) && (strchr(",:eE", at[-1]) != NULL)))) {
+        at++;
+    }
+    return at;
+}
+
+/* The form of the part at `text`; COUNT: none. */
+static size_t form_of(const char *text)
+{
+    size_t i = 0U;
+    while ((i < COUNT) && (strncmp(text, PARTS[i].name, strlen(PARTS[i].name)) != 0)) {
+        i++;
+    }
+    const bool begins_a_number = ((*text >= '0') && (*text <= '9')) || (*text == '.');
+    return ((i + 1U == COUNT) && !begins_a_number) ? COUNT : i;
+}
+
+/* Why a part cannot be added: its own form, or the series. */
+static const char *reason(part_t part, size_t form)
+{
+    static davar_filter_t alone;
+    memset(&alone, 0, sizeof alone);
+    part.filter = &alone;
+    PARTS[form].read(&part);
+    return ((part.at == part.end) && davar_filter_is_valid(&alone)) ? SERIES : PARTS[form].expected;
+}
+
+/* By what the parts from `text` on divide the rate. */
+static double division_of(const char *text)
+{
+    double division = 1.0;
+    for (const char *at = text; *at != '\0'; at += (*at == '+') ? 1 : 0) {
+        const char *const end = end_of(at);
+        const char *const colon = strchr(at, ':');
+        if (((strncmp(at, "cic", 3U) == 0) || (strncmp(at, "sum", 3U) == 0)) && (colon != NULL) &&
+            (colon < end)) {
+            division *= fmax(strtod(colon + 1, NULL), 1.0);
+        }
+        at = end;
+    }
+    return division;
+}
+
+const char *bandwidth_read(const char *text, double rate_hz, davar_filter_t *filter)
+{
+    memset(filter, 0, sizeof *filter);
     if (strcmp(text, "none") == 0) {
-        return true;
+        return NULL;
     }
-    bool good = true;
-    if ((*text >= '0') && (*text <= '9')) {
-        good = read_low_pass(&text, bandwidth);
-        if (!good || (*text == '\0')) {
-            return good;
+    for (const char *at = text;; at++) {
+        const size_t form = form_of(at);
+        if (form == COUNT) {
+            return FORMS;
         }
-        good = (*text == '+');
-        text++;
+        part_t part = {.at = at + strlen(PARTS[form].name), .end = end_of(at), .filter = filter};
+        at = part.end;
+        part.rate_hz = rate_hz * division_of(at + ((*at == '+') ? 1 : 0));
+        const part_t begin = part;
+        PARTS[form].read(&part);
+        if ((part.at != part.end) || ((rate_hz > 0.0) && !davar_filter_is_valid(filter))) {
+            return reason(begin, form);
+        }
+        if (*at == '\0') {
+            return NULL;
+        }
     }
-    good = good &&
-           ((strncmp(text, "cic", 3U) == 0) || (strncmp(text, "sum", 3U) == 0) ||
-            (strncmp(text, "average", 7U) == 0)) &&
-           read_averages(&text, &bandwidth->filter);
-    return good && (*text == '\0');
 }
 
-bool bandwidth_at(const bandwidth_t *bandwidth, double rate_hz, davar_filter_t *filter)
+bool bandwidth_has_hz(const char *text)
 {
-    *filter = bandwidth->filter;
-    filter->cutoff = bandwidth->hz / rate_hz;
-    const double decimation = (filter->decimation > 1U) ? (double)filter->decimation : 1.0;
-    return (filter->poles == 0U) ||
-           ((filter->cutoff >= 0.002) && (filter->cutoff <= (2.0 * decimation)));
+    for (const char *at = text; strcmp(text, "none") != 0; at++) {
+        const size_t form = form_of(at);
+        if ((form < COUNT) && PARTS[form].has_hz) {
+            return true;
+        }
+        at = end_of(at);
+        if (*at == '\0') {
+            break;
+        }
+    }
+    return false;
 }

@@ -1,38 +1,26 @@
-/* davar programs - the gyro's filter as a user writes it.
+/* davar programs - the gyro's filter as a user writes it: parts in series with + between them, in
+ * the order in which the noise passes them, or none.
  *
- * - HZ[:ORDER[:PERCENT]]: a low-pass of 1 or 2 poles (2) with its -3 dB frequency, known to so many
- *   percent (10)
- * - average[ORDER]:N: ORDER (1) moving averages of N samples, together at most 1024
- * - cic[ORDER]:N: the same, but every N-th sample is kept
- * - sum:N: the sums of N samples that davar_average makes
- * - FILTER+FILTER: a low-pass and then one of the others
- * - none: no filter */
+ * - HZ[:ORDER[:PERCENT]]: an analogue low-pass of 1 or 2 poles (2) with its -3 dB frequency, known
+ *   to so many percent (10); only as the first part
+ * - biquad:HZ, pt1:HZ, notch:HZ:Q, each with [:PERCENT] (0): digital, at the sample rate
+ * - average[ORDER]:N: ORDER (1) moving averages of N samples
+ * - cic[ORDER]:N: the same, then every N-th sample is kept
+ * - sum:N: the sums of N samples that davar_average makes; only as the last part
+ * - ba:B0,B1,..[:A1,A2,..[:PERCENT]]: coefficients at the sample rate; the angle random walk behind
+ *   them is known to so many percent (0)
+ *
+ * The sample rate is that of the samples at the place of the part. */
 #ifndef BANDWIDTH_H
 #define BANDWIDTH_H
 
 #include "davar/filter.h"
 
-#include <stdbool.h>
+/* Reads the complete text as a filter for samples at rate_hz; 0: checks only its form, and the
+ * filter is not valid. Returns null, or what was expected, for an error message. */
+const char *bandwidth_read(const char *text, double rate_hz, davar_filter_t *filter);
 
-/* The forms above, for an error message. */
-#define BANDWIDTH_FORMS                                                                            \
-    "HZ[:ORDER[:PERCENT]] (order 1 or 2, at most 50 percent), average[ORDER]:N, cic[ORDER]:N or "  \
-    "sum:N (N to 4096; ORDER times N of averages to 1024), HZ+average:N or none"
-
-/* The range of a cutoff, for an error message. */
-#define BANDWIDTH_RANGE                                                                            \
-    "a cutoff from 0.002 times the sample rate to 2 times that before decimation"
-
-/* A filter whose sample rate is not known yet. */
-typedef struct {
-    davar_filter_t filter; /* cutoff is 0 */
-    double hz;             /* its cutoff; 0: no low-pass */
-} bandwidth_t;
-
-/* Reads the complete text. False if it has another form, or a value out of range. */
-bool bandwidth_read(const char *text, bandwidth_t *bandwidth);
-
-/* Writes the filter for a sample rate. False if its cutoff is out of range for it. */
-bool bandwidth_at(const bandwidth_t *bandwidth, double rate_hz, davar_filter_t *filter);
+/* True if a part has a frequency, so that the filter depends on the rate. The form is good. */
+bool bandwidth_has_hz(const char *text);
 
 #endif

@@ -169,11 +169,21 @@ bool setup_fail(davar_status_t status, bool is_float, sim_error_t *error)
     return sim_fail(error, "%s: %s", option_of(status, is_float), davar_status_text(status));
 }
 
+bool setup_read_filter(setup_t *setup, const char *text, const char *other, sim_error_t *error)
+{
+    davar_filter_t filter;
+    const char *const expected = bandwidth_read(text, 0.0, &filter);
+    setup->filter = text;
+    return (expected == NULL) ||
+           sim_fail(error, "--bandwidth: expected %s%s, found '%s'", expected, other, text);
+}
+
 bool setup_filter(const setup_t *setup, double rate_hz, davar_filter_t *filter, sim_error_t *error)
 {
-    return bandwidth_at(&setup->bandwidth, rate_hz, filter) ||
-           sim_fail(error, "--bandwidth: expected " BANDWIDTH_RANGE " (here %g Hz), found %g Hz",
-                    rate_hz, setup->bandwidth.hz);
+    const char *const expected = bandwidth_read(setup->filter, rate_hz, filter);
+    return (expected == NULL) ||
+           sim_fail(error, "--bandwidth: expected %s (samples at %g Hz), found '%s'", expected,
+                    rate_hz, setup->filter);
 }
 
 void setup_adapt(const setup_t *setup, davar_config_t *config, const davar_filter_t *filter)

@@ -23,11 +23,10 @@ typedef enum {
 
 /* The values of the options. Those of a program begin with them. */
 typedef struct {
-    double rate_hz;       /* 0: not given, also below */
-    double lsb;           /* unit per count */
-    bool skips_torn;      /* --skip-torn-reads */
-    bool declares_filter; /* --bandwidth FILTER */
-    bandwidth_t bandwidth;
+    double rate_hz;     /* 0: not given, also below */
+    double lsb;         /* unit per count */
+    bool skips_torn;    /* --skip-torn-reads */
+    const char *filter; /* --bandwidth FILTER, whose form is good; null: none is declared */
     davar_law_id_t law;
     optional_u32_t window_max;
     optional_u32_t window_min;
@@ -82,7 +81,11 @@ bool setup_check(const davar_config_t *config, bool is_float, sim_error_t *error
 /* Reports an error of the library as "--option: cause". Returns false. */
 bool setup_fail(davar_status_t status, bool is_float, sim_error_t *error);
 
-/* Writes the filter of --bandwidth for a sample rate. */
+/* Reads the value of --bandwidth, which stays where it is, and checks its form. `other`: what else
+ * the option takes, for the error message. */
+bool setup_read_filter(setup_t *setup, const char *text, const char *other, sim_error_t *error);
+
+/* Writes the declared filter for a sample rate. */
 bool setup_filter(const setup_t *setup, double rate_hz, davar_filter_t *filter, sim_error_t *error);
 
 /* Sets what follows from the filter: whitening, and the bounds of --unstable-rate. filter null:

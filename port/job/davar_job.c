@@ -4,9 +4,9 @@
 
 #include <string.h>
 
-#define MAGIC UINT64_C(0x38424F4A52564144) /* "DAVRJOB8" */
-#define FILTER_WORDS 6U                    /* the last of the settings but one */
-#define HEALTH UINT64_MAX                  /* instead of a channel */
+#define MAGIC UINT64_C(0x39424F4A52564144) /* "DAVRJOB9" */
+#define FILTER_WORDS 2U
+#define HEALTH UINT64_MAX /* instead of a channel */
 
 static uint64_t bits_of(double value)
 {
@@ -36,6 +36,19 @@ static double double_of(uint64_t bits)
 #define OF_WORD_U8(word) (uint8_t)(word)
 #define OF_WORD_ENGINE(word) davar_grid_of((word) != 0U, is_wide)
 
+/* The i-th double of a filter, below DAVAR_JOB_FILTER. */
+static double *filter_number(davar_filter_t *filter, uint32_t i)
+{
+    double *const more[] = {&filter->uncertainty, &filter->level, &filter->count_variance,
+                            &filter->count_step};
+    if (i <= DAVAR_FILTER_ZEROS) {
+        return &filter->b[i];
+    }
+    const uint32_t after_b = i - (DAVAR_FILTER_ZEROS + 1U);
+    return (after_b <= DAVAR_FILTER_POLES) ? &filter->a[after_b]
+                                           : more[after_b - (DAVAR_FILTER_POLES + 1U)];
+}
+
 void davar_job_encode(const davar_config_t *config, uint8_t cascade_taus,
                       davar_port_number_t number, uint32_t channels, const davar_filter_t *filter,
                       uint64_t words[DAVAR_JOB_WORDS])
@@ -51,16 +64,16 @@ void davar_job_encode(const davar_config_t *config, uint8_t cascade_taus,
 #define FIELD(member, kind) WORD_OF_##kind(config->member),
 #include "davar/config_fields.inc"
         is_declared,
-        bits_of(known->cutoff),
-        bits_of(known->uncertainty),
-        known->poles,
-        known->averages,
-        ((uint64_t)known->summed << 32U) | ((uint64_t)known->length << 16U) | known->decimation,
+        ((uint64_t)known->summed << 32U) | ((uint64_t)known->length << 16U) | known->averages,
         cascade_taus,
     };
     memcpy(words, fields, sizeof fields);
     for (uint32_t t = 0U; t < DAVAR_JOB_TAUS; t++) {
         words[DAVAR_JOB_SETTINGS + t] = (t < config->tau_count) ? config->taus[t] : 0U;
+    }
+    for (uint32_t i = 0U; i < DAVAR_JOB_FILTER; i++) {
+        davar_filter_t copy = *known;
+        words[DAVAR_JOB_SETTINGS + DAVAR_JOB_TAUS + i] = bits_of(*filter_number(&copy, i));
     }
 }
 
@@ -90,13 +103,12 @@ bool davar_job_decode(davar_job_t *job, const uint64_t words[DAVAR_JOB_WORDS])
         return false;
     }
     job->declared = (filter[0] != 0U);
-    job->filter = (davar_filter_t){.cutoff = double_of(filter[1]),
-                                   .uncertainty = double_of(filter[2]),
-                                   .poles = (uint8_t)filter[3],
-                                   .averages = (uint8_t)filter[4],
-                                   .length = (uint16_t)(filter[5] >> 16U),
-                                   .decimation = (uint16_t)filter[5],
-                                   .summed = (uint16_t)(filter[5] >> 32U)};
+    job->filter = (davar_filter_t){.averages = (uint8_t)filter[1],
+                                   .length = (uint16_t)(filter[1] >> 16U),
+                                   .summed = (uint16_t)(filter[1] >> 32U)};
+    for (uint32_t i = 0U; i < DAVAR_JOB_FILTER; i++) {
+        *filter_number(&job->filter, i) = double_of(words[DAVAR_JOB_SETTINGS + DAVAR_JOB_TAUS + i]);
+    }
     for (uint32_t t = 0U; t < config->tau_count; t++) {
         taus[t] = (uint32_t)words[DAVAR_JOB_SETTINGS + t];
     }

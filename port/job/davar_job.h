@@ -21,8 +21,10 @@ extern "C" {
 #endif
 
 #define DAVAR_JOB_TAUS 32U
-#define DAVAR_JOB_SETTINGS 36U
-#define DAVAR_JOB_WORDS (DAVAR_JOB_SETTINGS + DAVAR_JOB_TAUS)
+#define DAVAR_JOB_SETTINGS 32U
+#define DAVAR_JOB_FILTER                                                                           \
+    (DAVAR_FILTER_ZEROS + DAVAR_FILTER_POLES + 6U) /* the doubles of a filter */
+#define DAVAR_JOB_WORDS (DAVAR_JOB_SETTINGS + DAVAR_JOB_TAUS + DAVAR_JOB_FILTER)
 #define DAVAR_JOB_HEAD 22U
 #define DAVAR_JOB_RESULT_WORDS                                                                     \
     (DAVAR_JOB_HEAD + (6U * DAVAR_TAUS_MAX) + (4U * DAVAR_COEFFICIENT_COUNT))

@@ -34,7 +34,7 @@ SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "admit": (c_bool, (c_void_p, c_bool, c_void_p, c_size_t, POINTER(c_size_t))),
     "torn": (c_size_t, (c_void_p, c_size_t, c_void_p, c_void_p)),
     "model": (c_bool, (c_void_p, c_void_p, c_void_p, c_void_p, c_size_t)),
-    "learn": (c_bool, (c_void_p, c_void_p, c_size_t, c_void_p, c_double, c_char_p, c_size_t)),
+    "learn": (c_bool, (c_void_p, c_void_p, c_size_t, c_void_p, c_char_p, c_size_t)),
     "start": (c_bool, (c_void_p, c_double, c_double, c_double)),
     "columns": (c_size_t, (c_void_p,)),
     "column": (c_char_p, (c_void_p, c_size_t)),
@@ -65,7 +65,7 @@ HEALTH = (
     "shocks",
 )
 FLUSHED = 1 << 10  # rows of a table, if the end of the record needs another one
-FILTER_SIZE = 64  # bytes of a filter as text
+FILTER_SIZE = 512
 TAUS_MAX = 32
 UINT32_MAX = 0xFFFFFFFF
 
@@ -152,7 +152,7 @@ class Run:
             )
         )
 
-    def learn(self, values: Floats, ends: npt.NDArray[np.uintp], rate_hz: float) -> str | None:
+    def learn(self, values: Floats, ends: npt.NDArray[np.uintp]) -> str | None:
         """Learns the filter from all admitted values (option bandwidth "auto"; before start). ends:
         of the runs without a gap. Returns it as a value of bandwidth; None: unknown.
         """
@@ -163,7 +163,6 @@ class Run:
                 values.ctypes.data,
                 len(values),
                 ends.ctypes.data,
-                rate_hz,
                 found,
                 FILTER_SIZE,
             )

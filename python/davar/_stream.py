@@ -394,7 +394,7 @@ def whole_record(values: Floats, counted: bool, clock: Clock, given: dict[str, A
         there, taken = there.without(torn), taken[~torn]
         require(there.size, run.needed)
     if given["bandwidth"] == "auto":
-        feed.bandwidth = run.learn(taken, there.ends(), clock.rate_hz)
+        feed.bandwidth = run.learn(taken, there.ends())
     run.start(clock.rate_hz, low, high)
     feed.whole(taken, there, len(values))
     if not feed.waiting:

@@ -104,35 +104,38 @@ static bool is_refused(davar_filter_t filter, uint8_t count)
     return ASSERTS((davar_plan_init_filtered(&plan, taus, count, &filter), 0));
 }
 
-/* What is not used may have any value: a cutoff without poles, a length without averages. */
+/* What is not used may have any value: a length without averages. */
 static void test_a_filter_outside_its_ranges(void)
 {
     static const struct {
         davar_filter_t inside;
         davar_filter_t outside;
     } cases[] = {
-        {{.cutoff = 0.002, .poles = 1U}, {.cutoff = 0.0019, .poles = 1U}},
-        {{.cutoff = 2.0, .poles = 2U}, {.cutoff = 2.1, .poles = 2U}},
-        {{.poles = 0U}, {.cutoff = 2.1, .poles = 2U, .decimation = 1U}},
-        {{.cutoff = 50.0, .poles = 2U, .decimation = 25U},
-         {.cutoff = 50.1, .poles = 2U, .decimation = 25U}},
-        {{.cutoff = 99.0}, {.cutoff = 0.1, .poles = 3U}},
-        {{.length = 5000U}, {.cutoff = (double)NAN, .poles = 1U}},
-        {{.cutoff = 0.1, .poles = 1U, .uncertainty = 0.5},
-         {.cutoff = 0.1, .poles = 1U, .uncertainty = 0.51}},
-        {{.poles = 0U}, {.cutoff = 0.1, .poles = 1U, .uncertainty = -0.1}},
+        {{.b = {0.1}, .a = {1.0, -0.99}}, {.b = {0.1}, .a = {1.0, -0.999}}}, /* remembers longer */
+        {{.b = {0.1}, .a = {1.0, 0.9}}, {.b = {0.1}, .a = {1.0, 1.0}}},
+        {{.b = {0.1}, .a = {1.0, 0.0, 0.9}}, {.b = {0.1}, .a = {1.0, 0.0, -1.1}}},
+        {{.b = {3.0}, .a = {1.0}}, {.b = {3.0}, .a = {2.0}}},
+        {{.b = {3.0}}, {.b = {(double)NAN}}},
+        {{.b = {1.0, 0.5}}, {.b = {1.0, -1.0}}}, /* passes nothing at 0 */
+        {{.b = {1.0, 2.0}, .a = {1.0, 0.1}}, {.b = {1.0, 2.0}, .a = {0.0, 0.1}}},
+        {{.b = {1.0}, .a = {1.0, 0.1}}, {.b = {0.0}, .a = {1.0, 0.1}}},
+        {{.a = {1.0}}, {.a = {1.0, (double)INFINITY}}},
+        {{.uncertainty = 0.5}, {.uncertainty = 0.51}},
+        {{.level = 0.5}, {.level = 0.51}},
+        {{.level = 0.0}, {.uncertainty = -0.1}},
         {{.averages = 8U, .length = 1U}, {.averages = 9U, .length = 1U}},
         {{.averages = 1U, .length = 1024U}, {.averages = 1U, .length = 1025U}},
         {{.averages = 8U, .length = 128U}, {.averages = 8U, .length = 129U}},
-        {{.averages = 1U, .length = 4096U, .decimation = 4U},
-         {.averages = 1U, .length = 4097U, .decimation = 5U}},
-        {{.poles = 0U}, {.averages = 1U, .length = 0U}},
+        {{.length = 5000U}, {.averages = 1U, .length = 0U}},
+        {{.summed = 1U}, {.summed = 2U}},
+        {{.summed = 2U, .count_variance = 1.0, .count_step = 1.0},
+         {.summed = 2U, .count_variance = 1.0, .count_step = 2.1}},
     };
     for (size_t i = 0U; i < sizeof cases / sizeof cases[0]; i++) {
         TEST_ASSERT_FALSE(is_refused(cases[i].inside, 2U));
         TEST_ASSERT_TRUE(is_refused(cases[i].outside, 2U));
     }
-    TEST_ASSERT_TRUE(is_refused(cases[2].inside, 0U));
+    TEST_ASSERT_TRUE(is_refused(cases[4].inside, 0U));
 }
 
 static void test_windows_above_2_to_the_31_samples(void)

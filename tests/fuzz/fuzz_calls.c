@@ -20,6 +20,7 @@
 #define SLOT ((size_t)8 * MEMORY_WORDS)
 
 #include "cells.h"
+#include "shape.h"
 #define BLOCK_MAX 256U
 
 /* An instance and its caller's counts. */
@@ -345,14 +346,14 @@ static void choose(bytes_t *bytes)
 /* Not declared, none, and two low-passes. */
 static void start_plan(bytes_t *bytes)
 {
-    static const davar_filter_t low_pass[] = {{.poles = 0U},
-                                              {.cutoff = 0.2, .poles = 1U},
-                                              {.cutoff = 0.1, .uncertainty = 0.1, .poles = 2U}};
+    static const shape_t low_pass[] = {{.poles = 0U},
+                                       {.cutoff = 0.2, .poles = 1U},
+                                       {.cutoff = 0.1, .uncertainty = 0.1, .poles = 2U}};
     const uint32_t which = between(bytes, 0U, 3U);
     if (which == 3U) {
         davar_plan_init(&plan, taus, config.tau_count);
     } else {
-        davar_plan_init_filtered(&plan, taus, config.tau_count, &low_pass[which]);
+        plan_shape(&plan, taus, config.tau_count, &low_pass[which]);
     }
 }
 

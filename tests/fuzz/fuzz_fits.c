@@ -25,26 +25,59 @@ static double number(bytes_t *bytes, int low, int high)
 
 /* --- what the caller chooses --- */
 
+/* A number from -2 to 2. */
+static double coefficient(bytes_t *bytes)
+{
+    return ldexp((double)word(bytes, 4U), -30) - 2.0;
+}
+
+/* Any part in series. */
+static void append_part(bytes_t *bytes)
+{
+    const double cutoff = ldexp((double)word(bytes, 4U), -31); /* to 2 */
+    const uint32_t length = 1U + ((uint32_t)word(bytes, 2U) % 32U);
+    const double b[2] = {coefficient(bytes), coefficient(bytes)};
+    const double a[2] = {1.0, 0.5 * coefficient(bytes)};
+    switch (byte(bytes) % 8U) {
+    case 0U:
+        davar_filter_low_pass(&filter, cutoff, byte(bytes) % 4U, ldexp((double)byte(bytes), -9));
+        break;
+    case 1U:
+        davar_filter_biquad(&filter, 0.3 * cutoff);
+        break;
+    case 2U:
+        davar_filter_pt1(&filter, cutoff);
+        break;
+    case 3U:
+        davar_filter_notch(&filter, 0.3 * cutoff, 20.0 * cutoff);
+        break;
+    case 4U:
+        davar_filter_average(&filter, byte(bytes) % 10U, (uint32_t)word(bytes, 2U) % 200U);
+        break;
+    case 5U:
+        davar_filter_cic(&filter, byte(bytes) % 10U, length);
+        break;
+    case 6U:
+        davar_filter_sum(&filter, length);
+        break;
+    default:
+        davar_filter_ba(&filter, b, 2U, a, 2U);
+        break;
+    }
+}
+
+/* Up to four parts. Of a series that is not valid, no part. */
 static void choose_filter(bytes_t *bytes)
 {
-    static const uint16_t decimations[] = {1U, 1U, 2U, 8U};
-    filter = (davar_filter_t){.poles = (uint8_t)between(bytes, 0U, 2U)};
-    filter.averages = (uint8_t)between(bytes, 0U, 8U);
-    filter.decimation = decimations[byte(bytes) % 4U];
-    const uint32_t most = (DAVAR_FILTER_SPAN_MOST * filter.decimation) /
-                          ((filter.averages > 0U) ? filter.averages : 1U);
-    const uint32_t longest = (most < 4096U) ? most : 4096U;
-    const bool is_long = byte(bytes) >= 240U; /* 0 after the end: a quick one */
-    filter.length = (uint16_t)(1U + ((uint32_t)word(bytes, 4U) % (is_long ? longest : 32U)));
-    if (byte(bytes) >= 224U) {
-        filter.length = (uint16_t)(1U + (filter.length % 32U)); /* its cost is in the header */
-        filter.averages = 1U;
-        filter.summed = filter.length;
-        filter.decimation = filter.length;
+    const uint32_t parts = between(bytes, 0U, 4U);
+    filter = (davar_filter_t){.b = {0.0}};
+    for (uint32_t i = 0U; i < parts; i++) {
+        append_part(bytes);
     }
-    const double factor = fmax(1.0, (double)filter.decimation);
-    filter.cutoff = fmax(0.002, ldexp((double)word(bytes, 4U), -31) * factor); /* to 2 */
-    filter.uncertainty = ldexp((double)byte(bytes), -9);
+    filter.level = ldexp((double)byte(bytes), -9);
+    if (!davar_filter_is_valid(&filter)) {
+        filter = (davar_filter_t){.b = {0.0}};
+    }
 }
 
 /* Octaves, a geometric row, or any. */

@@ -13,10 +13,10 @@
 /* ---- sums of a fast gyro ---- */
 
 static const case_t sums[] = {
-    {"white, sum of 8", {DAVAR_SUM(8U)}},
-    {"8 kHz to 1 kHz, 250 Hz", {DAVAR_LOW_PASS(250, 1000, 2), DAVAR_SUM(8U)}},
-    {"1 kHz to 100 Hz, 41 Hz", {DAVAR_LOW_PASS(41, 100, 2), DAVAR_SUM(10U)}},
-    {"1 kHz to 100 Hz, 92 Hz", {DAVAR_LOW_PASS(92, 100, 1), DAVAR_SUM(10U)}},
+    {"white, sum of 8", {SHAPE_SUM(8U)}},
+    {"8 kHz to 1 kHz, 250 Hz", {SHAPE_LOW_PASS(250, 1000, 2), SHAPE_SUM(8U)}},
+    {"1 kHz to 100 Hz, 41 Hz", {SHAPE_LOW_PASS(41, 100, 2), SHAPE_SUM(10U)}},
+    {"1 kHz to 100 Hz, 92 Hz", {SHAPE_LOW_PASS(92, 100, 1), SHAPE_SUM(10U)}},
 };
 
 #define SUMS_WINDOW 600U
@@ -49,13 +49,13 @@ static void run_sums(const void *of, unsigned trials, uint64_t seed)
     static score_t scores[SUM_SIGMAS];
     const case_t *const row = of;
     const uint16_t length = row->filter.summed;
-    const davar_filter_t fast = {.cutoff = row->filter.cutoff / length, .poles = row->filter.poles};
-    davar_filter_t known = row->filter;
+    const shape_t fast = {.cutoff = row->filter.cutoff / length, .poles = row->filter.poles};
+    shape_t known = row->filter;
     uint32_t m[DAVAR_TAUS_MAX];
     known.uncertainty = 0.0;
     memset(scores, 0, sizeof scores);
     expect_window(SUMS_WINDOW, m, davar_taus_octave(SUMS_WINDOW, m, DAVAR_TAUS_MAX));
-    davar_plan_init_filtered(&plan, m, result.tau_count, &known);
+    plan_shape(&plan, m, result.tau_count, &known);
     autocovariance_of(&fast, &noise);
     filtered_noise_start(&source, &fast, seed);
     for (unsigned i = 0U; i < trials; i++) {

@@ -35,14 +35,14 @@ typedef struct {
 } detector_t;
 
 /* assumed: the filter for whitening, or NULL. */
-static void start(detector_t *detector, const davar_filter_t *assumed, double rate_hz,
-                  double per_hour, double sigma)
+static void start(detector_t *detector, const shape_t *assumed, double rate_hz, double per_hour,
+                  double sigma)
 {
     const davar_glr_wish_t wish = {rate_hz, per_hour, 300.0, 6000U, BLOCK, 2U};
     config = davar_default_config;
     memset(detector, 0, sizeof *detector);
     if (assumed != NULL) {
-        davar_whiten(&config, assumed);
+        whiten_shape(&config, assumed);
     }
     davar_glr_start(&detector->config, &wish);
     detector->config.floor =
@@ -124,8 +124,7 @@ typedef struct {
 } steps_t;
 
 /* Seconds from a step to the alarm: the median, and of nine in ten. */
-static double median_delay(const steps_t *steps, const davar_filter_t *assumed, double ratio,
-                           double *nine)
+static double median_delay(const steps_t *steps, const shape_t *assumed, double ratio, double *nine)
 {
     static detector_t detector;
     static double delays[800];
@@ -265,22 +264,21 @@ static const setting_t settings[] = {{"100Hz", 100.0, 1.0, 150.0, 1.0},
                                      {"high", 100.0, 1.0, 150.0, 1.2}};
 #define SETTINGS COUNT_OF(settings)
 
-static void start_filter(const davar_filter_t *filter, uint64_t seed)
+static void start_filter(const shape_t *filter, uint64_t seed)
 {
     kind = NULL;
     filtered_noise_start(&filtered, filter, seed);
 }
 
 /* `trials`: hours at 100 Hz. Reports alarms over the stated ones; of `all`: of the first three. */
-static void count_whitened(const davar_filter_t *filter, size_t used, unsigned trials,
-                           uint64_t seed)
+static void count_whitened(const shape_t *filter, size_t used, unsigned trials, uint64_t seed)
 {
     static detector_t detectors[SETTINGS];
     double stated[SETTINGS];
     start_filter(filter, seed);
     for (size_t s = 0U; s < used; s++) {
         const double hours = settings[s].hours * trials / 150.0;
-        davar_filter_t assumed = *filter;
+        shape_t assumed = *filter;
         assumed.cutoff *= settings[s].wrong;
         start(&detectors[s], &assumed, settings[s].rate_hz, settings[s].per_hour, LSB_PER_SIGMA);
         stated[s] = hours * settings[s].per_hour;
@@ -295,8 +293,7 @@ static void count_whitened(const davar_filter_t *filter, size_t used, unsigned t
 }
 
 /* Seconds from a change of 1.5 to the alarm at 100 Hz and one false alarm in 2 h. */
-static double step_delay(const davar_filter_t *filter, const davar_filter_t *assumed, uint64_t seed,
-                         double *nine)
+static double step_delay(const shape_t *filter, const shape_t *assumed, uint64_t seed, double *nine)
 {
     static const steps_t steps = {200U, 4000U, 6000U, 0.5, LSB_PER_SIGMA};
     start_filter(filter, seed + 1U);
@@ -321,7 +318,7 @@ static void run_whitened(const void *of, unsigned trials, uint64_t seed)
     value("ratio", whitened / plain, 0.0); /* three standard errors of two medians: 0.27 */
     report("delay 0.6:1.2, nine 1:2.1, ratio :1.3");
     for (size_t s = 3U; s < used; s++) {
-        davar_filter_t assumed = row->filter;
+        shape_t assumed = row->filter;
         assumed.cutoff *= settings[s].wrong;
         value("delay", step_delay(&row->filter, &assumed, seed, nine), 0.0);
         label("%s", settings[s].name);
@@ -351,7 +348,7 @@ static void run_coarse(const void *of, unsigned trials, uint64_t seed)
     static const char *const names[] = {"10", "3", "1", "0.5", "0.3"};
     static detector_t detectors[COUNT_OF(sigmas)];
     const coarse_t *const row = of;
-    const davar_filter_t *const filter = &cases[row->filter].filter;
+    const shape_t *const filter = &cases[row->filter].filter;
     start_filter(filter, seed);
     for (size_t s = 0U; s < COUNT_OF(sigmas); s++) {
         start(&detectors[s], filter, RATE_HZ, 1.0, sigmas[s]);

@@ -325,8 +325,8 @@ typedef struct {
     const char *name;
     const char *holds;
     double (*next)(source_t *source);
-    const davar_filter_t *filter; /* declared */
-    double counts;                /* per standard deviation of the noise before it */
+    const shape_t *filter; /* declared */
+    double counts;         /* per standard deviation of the noise before it */
     uint32_t minutes;
     double step;        /* the level goes up by it and down every four minutes */
     double rise;        /* of the level in an hour */
@@ -336,10 +336,10 @@ typedef struct {
 #define WITHHELD "present :1"
 #define QUIET "present 97:, contained 96:, 10min "
 #define TAILED "present 92:, contained 96:, 10min "
-static const davar_filter_t plain = {.poles = 0U};
-static const davar_filter_t one_pole = {.cutoff = 0.1, .poles = 1U};
-static const davar_filter_t two_poles = {.cutoff = 0.1, .poles = 2U};
-static const davar_filter_t narrow = {.cutoff = 0.05, .poles = 2U};
+static const shape_t plain = {.poles = 0U};
+static const shape_t one_pole = {.cutoff = 0.1, .poles = 1U};
+static const shape_t two_poles = {.cutoff = 0.1, .poles = 2U};
+static const shape_t narrow = {.cutoff = 0.05, .poles = 2U};
 
 /* An hour each, days in the tables; of heavy tails the minutes in which the dispersion is learned. */
 static const steady_t steady[] = {
@@ -383,10 +383,10 @@ static void start_steady(const steady_t *row)
     config.unit_per_count = 1.0 / row->counts;
     config.tau_count = 3U;
     if (row->filter->poles > 0U) {
-        davar_whiten(&config, row->filter);
+        whiten_shape(&config, row->filter);
     }
     START(q15);
-    davar_plan_init_filtered(&plan, config.taus, 3U, row->filter);
+    plan_shape(&plan, config.taus, 3U, row->filter);
 }
 
 static void note(shown_t *shown, double truth, uint64_t before, uint32_t second)

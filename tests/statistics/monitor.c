@@ -201,7 +201,7 @@ const experiment_t alarms_cascade_experiment = {ROWS(with_cascade), run_monitor_
 
 static filtered_noise_t noise;
 
-static void start_law(const davar_filter_t *filter, const davar_law_t *law, uint32_t shortest,
+static void start_law(const shape_t *filter, const davar_law_t *law, uint32_t shortest,
                       uint32_t longest, double stated)
 {
     configure(law, shortest, longest, (shortest == longest) ? longest : 1U);
@@ -209,14 +209,14 @@ static void start_law(const davar_filter_t *filter, const davar_law_t *law, uint
     config.moments.segment = 100U;
     config.tau_count = 1U;
     if (stated > 0.0) {
-        davar_bound_unstable_rate(&config, stated, filter);
+        bound_shape(&config, stated, filter);
     }
     START(q31);
 }
 
 /* Unstable ones of so many windows. shortest = longest: of windows of this length that do not
  * overlap; else of all windows in the loop. */
-static double unstable(const davar_filter_t *filter, const davar_law_t *law, uint32_t shortest,
+static double unstable(const shape_t *filter, const davar_law_t *law, uint32_t shortest,
                        uint32_t longest, double stated, uint32_t windows, uint64_t seed)
 {
     uint32_t count = 0U;
@@ -238,7 +238,7 @@ static double unstable(const davar_filter_t *filter, const davar_law_t *law, uin
  * before. */
 static double noticed(double ratio, double stated, uint64_t seed)
 {
-    const davar_filter_t none = {.poles = 0U};
+    const shape_t none = {.poles = 0U};
     double count = 0.0;
     filtered_noise_start(&noise, &none, seed + 3U);
     for (uint32_t t = 0U; t < UNSTABLE_TRIALS; t++) {
@@ -258,7 +258,7 @@ static double noticed(double ratio, double stated, uint64_t seed)
 }
 
 /* The price of a stated rate, and other rates. */
-static void run_white(const davar_filter_t *filter, unsigned trials, uint64_t seed)
+static void run_white(const shape_t *filter, unsigned trials, uint64_t seed)
 {
     static const struct {
         double ratio;
@@ -292,7 +292,7 @@ static void run_white(const davar_filter_t *filter, unsigned trials, uint64_t se
 static void run_unstable(const void *of, unsigned trials, uint64_t seed)
 {
     const case_t *const row = of;
-    const davar_filter_t *const filter = &row->filter;
+    const shape_t *const filter = &row->filter;
     const davar_law_t *const law = &davar_law_or;
     const uint32_t loop = 33U * trials;
     share("400", unstable(filter, law, 400U, 400U, 0.01, trials, seed), trials);

@@ -2,6 +2,7 @@
  * fit of the curve (5.18), and how long a gyro must rest until it resolves B and K. */
 #include "davar/cascade.h"
 #include "davar/fit.h"
+#include "shape.h"
 #include "statistics.h"
 
 #include <string.h>
@@ -254,10 +255,10 @@ static void start_curve(void)
                                                           .shortest = 64U,
                                                           .tau_count = LONG_TAUS,
                                                           .clusters = 32U};
-    const davar_filter_t filter = {.cutoff = CUTOFF, .poles = 1U};
+    const shape_t filter = {.cutoff = CUTOFF, .poles = 1U};
     davar_plan_init_white(&curve_plan[IS_WHITE], curve_taus, TAUS);
     davar_plan_init(&curve_plan[UNDECLARED], curve_taus, TAUS);
-    davar_plan_init_filtered(&curve_plan[ONE_POLE], curve_taus, TAUS, &filter);
+    plan_shape(&curve_plan[ONE_POLE], curve_taus, TAUS, &filter);
     configure(NULL, WINDOW, WINDOW, WINDOW);
     config.unit_per_count = 1.0 / CURVE_COUNTS;
     config.taus = curve_taus;

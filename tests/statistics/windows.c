@@ -160,7 +160,7 @@ static double passed[3][LONGEST];
 
 /* Without a low-pass, a sample is the mean over its time. Moving averages are left out: they would
  * lower short sizes further. */
-static void pass_drifts(const davar_filter_t *filter, uint32_t trial)
+static void pass_drifts(const shape_t *filter, uint32_t trial)
 {
     static float drift[3][DRIFTS][DRIFT_LENGTH]; /* B = 1, K = 1, R = 1 */
     static bool is_made;
@@ -210,8 +210,7 @@ static double bound(uint32_t window, double count)
     return 100.0 / sqrt(2.0 * window * sum);
 }
 
-static bool applies(const view_t *view, const davar_filter_t *filter, uint32_t window,
-                    bool is_declared)
+static bool applies(const view_t *view, const shape_t *filter, uint32_t window, bool is_declared)
 {
     const bool is_white = (filter->poles + filter->averages) == 0U;
     const bool is_narrow = (filter->poles == 2U) && (filter->cutoff < 0.06);
@@ -230,10 +229,10 @@ static bool applies(const view_t *view, const davar_filter_t *filter, uint32_t w
     return true;
 }
 
-static void init_plan(davar_plan_t *one, knowledge_t knowledge, const davar_filter_t *filter,
+static void init_plan(davar_plan_t *one, knowledge_t knowledge, const shape_t *filter,
                       const uint32_t m[], uint8_t count)
 {
-    davar_filter_t declared = *filter;
+    shape_t declared = *filter;
     if (knowledge == UNDECLARED) {
         davar_plan_init(one, m, count);
     } else if (knowledge == WHITE) {
@@ -241,7 +240,7 @@ static void init_plan(davar_plan_t *one, knowledge_t knowledge, const davar_filt
     } else {
         declared.uncertainty = (knowledge == DECLARED) ? 0.0 : 0.1;
         declared.cutoff *= (knowledge == TOO_HIGH) ? 1.1 : ((knowledge == TOO_LOW) ? 0.9 : 1.0);
-        davar_plan_init_filtered(one, m, count, &declared);
+        plan_shape(one, m, count, &declared);
     }
 }
 

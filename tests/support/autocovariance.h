@@ -3,7 +3,7 @@
 #ifndef DAVAR_TESTS_AUTOCOVARIANCE_H
 #define DAVAR_TESTS_AUTOCOVARIANCE_H
 
-#include "davar/fit.h"
+#include "shape.h"
 
 #include <math.h>
 
@@ -18,16 +18,11 @@ typedef struct {
     double sum;
 } autocovariance_t;
 
-static inline double filter_decimation(const davar_filter_t *filter)
-{
-    return (filter->decimation > 1U) ? (double)filter->decimation : 1.0;
-}
-
 /* The low-pass alone, at lags before decimation. */
-static inline double low_pass_autocovariance(const davar_filter_t *filter, double lag)
+static inline double low_pass_autocovariance(const shape_t *filter, double lag)
 {
     const double size = fabs(lag);
-    const double a = 2.0 * AUTOCOVARIANCE_PI * filter->cutoff / filter_decimation(filter) * size;
+    const double a = 2.0 * AUTOCOVARIANCE_PI * filter->cutoff / shape_decimation(filter) * size;
     if (filter->poles == 0U) {
         return (size > 0.5) ? 0.0 : 1.0;
     }
@@ -39,7 +34,7 @@ static inline double low_pass_autocovariance(const davar_filter_t *filter, doubl
 }
 
 /* Weights of all moving averages together; returns how many. */
-static inline int impulse_response(const davar_filter_t *filter, double h[])
+static inline int impulse_response(const shape_t *filter, double h[])
 {
     int count = 1;
     h[0] = 1.0;
@@ -57,12 +52,12 @@ static inline int impulse_response(const davar_filter_t *filter, double h[])
     return count;
 }
 
-static inline void autocovariance_of(const davar_filter_t *filter, autocovariance_t *result)
+static inline void autocovariance_of(const shape_t *filter, autocovariance_t *result)
 {
     static double h[AUTOCOVARIANCE_LAGS];
     static double product[AUTOCOVARIANCE_LAGS];
     const int taps = impulse_response(filter, h);
-    const double step = filter_decimation(filter);
+    const double step = shape_decimation(filter);
     for (int j = 0; j < taps; j++) {
         product[j] = 0.0;
         for (int i = 0; (i + j) < taps; i++) {

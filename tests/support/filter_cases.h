@@ -2,11 +2,11 @@
 #ifndef DAVAR_TESTS_FILTER_CASES_H
 #define DAVAR_TESTS_FILTER_CASES_H
 
-#include "davar/filter.h"
+#include "shape.h"
 
 typedef struct {
     const char *name;
-    davar_filter_t filter;
+    shape_t filter;
 } case_t;
 
 static const case_t cases[] = {

@@ -3,7 +3,6 @@
 #define DAVAR_TESTS_FILTERED_NOISE_H
 
 #include "autocovariance.h"
-#include "davar/filter.h"
 #include "low_pass.h"
 #include "random.h"
 
@@ -107,17 +106,17 @@ static inline double filtered_noise_next(filtered_noise_t *noise, double size)
     return sum;
 }
 
-static inline void filtered_noise_start(filtered_noise_t *noise, const davar_filter_t *filter,
+static inline void filtered_noise_start(filtered_noise_t *noise, const shape_t *filter,
                                         uint64_t seed)
 {
     static double h[AUTOCOVARIANCE_LAGS];
     memset(noise, 0, sizeof *noise);
     noise->random = random_seeded(seed);
     ziggurat_start(&noise->ziggurat);
-    noise->low_pass = low_pass_of(filter, filter_decimation(filter));
+    noise->low_pass = low_pass_of(filter, shape_decimation(filter));
     noise->has_poles = (filter->poles > 0U);
     noise->has_two = (filter->poles == 2U);
-    noise->step = (unsigned)filter_decimation(filter);
+    noise->step = (unsigned)shape_decimation(filter);
     noise->taps = (unsigned)impulse_response(filter, h);
     double squares = 0.0;
     for (unsigned i = 0U; i < noise->taps; i++) {

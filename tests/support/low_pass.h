@@ -2,7 +2,7 @@
 #ifndef DAVAR_TESTS_LOW_PASS_H
 #define DAVAR_TESTS_LOW_PASS_H
 
-#include "davar/fit.h"
+#include "shape.h"
 
 #include <math.h>
 #include <string.h>
@@ -17,7 +17,7 @@ typedef struct {
     double state[2];
 } low_pass_t;
 
-static inline low_pass_t low_pass_of(const davar_filter_t *filter, double oversampling)
+static inline low_pass_t low_pass_of(const shape_t *filter, double oversampling)
 {
     const double angle = 2.0 * LOW_PASS_PI * filter->cutoff / oversampling;
     low_pass_t low_pass = {.noise = {1.0, 0.0, 0.0}};

@@ -16,20 +16,31 @@ LISTS = (
     ",".join(str(3 + 2 * i) for i in range(32)),
 )
 OCTAVES = LISTS[3]
-# Cluster sizes, the options of a filter, and davar_filter_t of the same plan.
+# Cluster sizes, the options of a filter, and the calls of the library for the same filter.
 PLANS = [
     *((taus, "", None) for taus in LISTS),
-    (OCTAVES, "--bandwidth none", "{0}"),
-    (OCTAVES, "--bandwidth 40 --rate 1000", "{DAVAR_LOW_PASS(40, 1000, 2)}"),
+    (OCTAVES, "--bandwidth none", ""),
+    (OCTAVES, "--bandwidth 40 --rate 1000", "low_pass(&f, 40.0 / 1000.0, 2, 0.01 * 10.0)"),
+    (OCTAVES, "--bandwidth 50:1:5 --rate 200", "low_pass(&f, 0.25, 1, 0.01 * 5.0)"),
+    (OCTAVES, "--bandwidth biquad:20 --rate 200", "biquad(&f, 0.1)"),
     (
         OCTAVES,
-        "--bandwidth 50:1:5 --rate 200",
-        "{.cutoff = 0.25, .uncertainty = 0.01 * 5.0, .poles = 1U}",
+        "--bandwidth pt1:20+notch:30:3.5+biquad:60 --rate 200",
+        "pt1(&f, 0.1); davar_filter_notch(&f, 0.15, 3.5); davar_filter_biquad(&f, 0.3)",
     ),
-    (OCTAVES, "--bandwidth cic:8", "{.averages = 1U, .length = 8U, .decimation = 8U}"),
-    (OCTAVES, "--bandwidth 250+sum:8 --rate 1000", "{DAVAR_LOW_PASS(250, 1000, 2), DAVAR_SUM(8)}"),
-    (OCTAVES, "--bandwidth average2:4", "{.averages = 2U, .length = 4U, .decimation = 1U}"),
-    (OCTAVES, "--bandwidth cic3:64", "{.averages = 3U, .length = 64U, .decimation = 64U}"),
+    (OCTAVES, "--bandwidth cic:8", "cic(&f, 1, 8)"),
+    (
+        OCTAVES,
+        "--bandwidth 250+sum:8 --rate 1000",
+        "low_pass(&f, 250.0 / 8000.0, 2, 0.01 * 10.0); davar_filter_sum(&f, 8)",
+    ),
+    (OCTAVES, "--bandwidth average2:4", "average(&f, 2, 4)"),
+    (OCTAVES, "--bandwidth cic3:64", "cic(&f, 3, 64)"),
+    (
+        OCTAVES,
+        "--bandwidth ba:0.2,1e-1:-0.5,+0.25:2",
+        "ba(&f, (double[]){0.2, 0.1}, 2, (double[]){1.0, -0.5, 0.25}, 3); f.level = 0.01 * 2.0",
+    ),
 ]
 
 
@@ -56,12 +67,16 @@ def test_it_equals_the_plan_of_the_library_and_gives_the_same_results(
     taus, options, filter, library, tmp_path
 ):
     make = "davar_plan_init(&made, taus, COUNT)"
-    if filter:
-        make = f"davar_plan_init_filtered(&made, taus, COUNT, &(davar_filter_t){filter})"
+    if filter is not None:
+        calls = f"davar_filter_{filter};" if filter else ""
+        make = (
+            f"{{ davar_filter_t f = {{0}}; {calls} "
+            "davar_plan_init_filtered(&made, taus, COUNT, &f); }"
+        )
     program = compiled(tmp_path, library, taus, options, f"-DTAUS={taus}", f"-DMAKE={make}")
     same, white = printed_by([program]).split()
     assert same == "1960"
-    assert filter or white == "some"
+    assert filter is not None or white == "some"
 
 
 def test_a_filter_prints_the_detector_s_whitening():
@@ -83,8 +98,11 @@ def test_sizes_of_a_cascade_are_solved_for_the_window_alone():
 
 
 FILTERS = (
-    ",20:3,20:0,20:2:60,-5,nan,0.1,900,20:,20+,20+30,average,average:0,average9:2,averages:2,"
-    "average:1025,average2:513,cic0:4,cic9:4,cic3,cic3:4+20,sum3:4,sum:0,sum:4+cic:4,none+20,auto"
+    " 20:3 20:0 20:2:60 -5 nan 0.1 900 20: 20+ 20+30 average average:0 average9:2 averages:2 "
+    "average:1025 average2:513 cic0:4 cic9:4 cic3 cic3:4+20 sum3:4 sum:0 sum:4+cic:4 none+20 auto "
+    "biquad:50 biquad pt1:0 pt1:401 notch:20 notch:50:3 notch:20:0.05 notch:20:200 biquad:20:51 "
+    "ba: ba:1,-1 ba:1:-1.1 ba:1:0.5:60 ba:1,:0.5 ba:nan ba:1:-0.9999 sum:4+biquad:20 "
+    "biquad:5+biquad:6+biquad:7+biquad:8+pt1:9"
 )
 BAD_TAUS = ("", "0,1", "2,2", "1,,2", "1,", "1 2", "1e3", "8388609", "-1")
 BAD = [
@@ -100,7 +118,7 @@ BAD = [
     ("plan.c",),
     *(
         ("--taus", "1,2", "--rate", "100", "--bandwidth", filter)
-        for filter in re.split(",", FILTERS)
+        for filter in re.split(" ", FILTERS)
     ),
     ("--taus", "1,2", "--bandwidth", "20"),
     ("--taus", "1,2", "--bandwidth", "20", "--rate", "0"),

@@ -4,11 +4,12 @@
 
 #include "fit/plan.h"
 #include "fit_fixture.h"
+#include "shape.h"
 
 #define SIZES 7
 #define WINDOW 600U
 
-static const davar_filter_t filters[] = {
+static const shape_t filters[] = {
     {0},
     {.cutoff = 0.05, .poles = 1U},
     {.cutoff = 0.25, .poles = 1U, .uncertainty = 0.1},
@@ -21,7 +22,7 @@ static const davar_filter_t filters[] = {
 };
 #define FILTERS (sizeof filters / sizeof filters[0])
 
-static inline void plan_filter(const davar_filter_t *filter)
+static inline void plan_filter(const shape_t *filter)
 {
     uint32_t m[SIZES];
     set_octaves(WINDOW, SIZES);
@@ -29,21 +30,21 @@ static inline void plan_filter(const davar_filter_t *filter)
         m[t] = result.tau[t].m;
     }
     if (filter != NULL) {
-        davar_plan_init_filtered(&plan, m, SIZES, filter);
+        plan_shape(&plan, m, SIZES, filter);
     } else {
         davar_plan_init(&plan, m, SIZES);
     }
 }
 
 /* The Allan variances of a mix after a filter, rounded to counts. */
-static inline void set_filtered(const davar_filter_t *filter, const double a[], double count)
+static inline void set_filtered(const shape_t *filter, const double a[], double count)
 {
     static davar_plan_t truth;
     uint32_t m[SIZES];
     for (int t = 0; t < SIZES; t++) {
         m[t] = result.tau[t].m;
     }
-    davar_plan_init_filtered(&truth, m, SIZES, filter);
+    plan_shape(&truth, m, SIZES, filter);
     result.unit_per_count = count;
     for (int t = 0; t < SIZES; t++) {
         const double size = (double)m[t];

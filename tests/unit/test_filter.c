@@ -12,7 +12,7 @@
 #define PI AUTOCOVARIANCE_PI
 #define SPAN ((2 * AUTOCOVARIANCE_LAGS) + 512)
 
-static const davar_filter_t filters[] = {
+static const shape_t filters[] = {
     {0}, /* white */
     {.cutoff = 0.05, .poles = 1U},
     {.cutoff = 0.25, .poles = 1U},
@@ -24,14 +24,16 @@ static const davar_filter_t filters[] = {
     {.averages = 1U, .length = 2U},
     {.averages = 1U, .length = 8U},
     {.averages = 1U, .length = 8U, .decimation = 8U}, /* mean of blocks */
-    {.cutoff = 0.1, .poles = 2U, .averages = 2U, .length = 6U, .decimation = 4U},
-    {.cutoff = 0.3, .poles = 1U, .averages = 1U, .length = 5U, .decimation = 3U},
+    {.cutoff = 0.1, .poles = 2U, .averages = 2U, .length = 4U, .decimation = 4U},
+    {.cutoff = 0.3, .poles = 1U, .averages = 1U, .length = 3U, .decimation = 3U},
     {.cutoff = 0.01, .poles = 2U},
     {.cutoff = 1.9, .poles = 2U},
     {.averages = 1U, .length = 300U},
-    {.averages = 8U, .length = 7U, .decimation = 2U},
-    {DAVAR_SUM(8U)},
-    {DAVAR_LOW_PASS(250, 1000, 2), DAVAR_SUM(8U)},
+    {.averages = 8U, .length = 7U},
+    {.cutoff = 0.2, .poles = 1U, .averages = 1U, .length = 60U},
+    {.cutoff = 0.1, .poles = 2U, .averages = 3U, .length = 4U},
+    {SHAPE_SUM(8U)},
+    {SHAPE_LOW_PASS(250, 1000, 2), SHAPE_SUM(8U)},
 };
 #define FILTERS (sizeof filters / sizeof filters[0])
 
@@ -42,9 +44,9 @@ static const uint32_t sizes[] = {1U, 2U, 3U, 5U, 8U, 16U, 64U};
 
 static autocovariance_t of_noise;
 
-static void set_autocovariance(const davar_filter_t *filter, double cutoff)
+static void set_autocovariance(const shape_t *filter, double cutoff)
 {
-    davar_filter_t moved = *filter;
+    shape_t moved = *filter;
     moved.cutoff = cutoff;
     autocovariance_of(&moved, &of_noise);
 }
@@ -91,17 +93,17 @@ static double squared_covariances(int m_t, int m_u, double more)
     return sum;
 }
 
-static void plan_filter(const davar_filter_t *filter)
+static void plan_filter(const shape_t *filter)
 {
     memset(&plan, 0xA5, sizeof plan);
-    davar_plan_init_filtered(&plan, sizes, SIZES, filter);
+    plan_shape(&plan, sizes, SIZES, filter);
     set_autocovariance(filter, filter->cutoff);
 }
 
 /* Of what is rounded to counts: the samples, or what davar_average adds. */
-static void set_counts_autocovariance(const davar_filter_t *filter)
+static void set_counts_autocovariance(const shape_t *filter)
 {
-    davar_filter_t counts = *filter;
+    shape_t counts = *filter;
     if (filter->summed > 1U) {
         counts.averages = 0U;
         counts.decimation = 1U;
@@ -128,8 +130,10 @@ static void test_covariances_match_the_autocovariance(void)
     for (size_t f = 0; f < FILTERS; f++) {
         set_counts_autocovariance(&filters[f]);
         /* A sample scatters by six counts; the plan of white samples has no rounding in it. */
-        const double floor = (f == 0U) ? 0.0 : r_at(0) / (12.0 * 6.0 * 6.0);
+        const bool is_white = (f == 0U) || (f == 10U);
+        const double floor = is_white ? 0.0 : r_at(0) / (12.0 * 6.0 * 6.0);
         plan_filter(&filters[f]);
+        TEST_ASSERT_EQUAL(is_white, !(plan.step > 0.0F));
         assert_near(floor, (double)plan.floor, 1e-5);
         for (int u = 0; u < SIZES; u++) {
             for (int t = 0; t <= u; t++) {
@@ -160,36 +164,79 @@ static void test_a_sample_matches_the_autocovariance(void)
     }
 }
 
-/* The relative change of a gain by one standard error of the cutoff. */
-static void test_offsets_are_derivatives_by_the_cutoff(void)
+/* m avar of the filtered noise, from a spectrum whose frequency axis is stretched. */
+static double stretched_gain(int m, double stretch)
 {
-    const double step = 1e-4;
+    enum { POINTS = 1024 };
+    double sum = 0.0;
+    for (int i = 0; i < POINTS; i++) {
+        const double angle = (i + 0.5) * PI / POINTS;
+        double s = r_at(0);
+        for (int k = 1; k < of_noise.count; k++) {
+            s += 2.0 * r_at(k) * cos(k * angle / stretch);
+        }
+        sum += s * 2.0 * pow(sin(0.5 * m * angle), 4.0) / (m * pow(sin(0.5 * angle), 2.0));
+    }
+    return sum / POINTS;
+}
+
+/* Of an analogue low-pass alone, the cutoff changes; of other coefficients, the frequency axis. Moving
+ * averages that are no coefficients are exact. */
+static double changed_gain(const shape_t *shape, const davar_filter_t *filter, int m, double factor)
+{
+    if (shape->averages == 0U) {
+        set_autocovariance(shape, shape->cutoff * factor);
+        return expected_gain(m);
+    }
+    set_autocovariance(shape, shape->cutoff);
+    return stretched_gain(m, (filter->averages > 0U) ? 1.0 : factor);
+}
+
+/* The relative change of a gain by one standard error of the cutoff: of one pole exact, of two
+ * within 12 %, and within 30 % near half the rate, where it changes little. */
+static void test_offsets_are_derivatives_by_the_frequency(void)
+{
+    static const double near[] = {0.015, 0.015, 0.12};
     for (size_t f = 0; f < FILTERS; f++) {
-        davar_filter_t filter = filters[f];
-        filter.uncertainty = 0.2;
-        plan_filter(&filter);
-        for (int t = 0; t < SIZES; t++) {
-            set_autocovariance(&filter, filter.cutoff * (1.0 + step));
-            const double above = expected_gain((int)sizes[t]);
-            set_autocovariance(&filter, filter.cutoff * (1.0 - step));
-            const double below = expected_gain((int)sizes[t]);
-            const double expected = 0.2 * (above - below) / (step * (above + below));
-            TEST_ASSERT_DOUBLE_WITHIN((0.005 * fabs(expected)) + 1e-4, expected,
+        shape_t shape = filters[f];
+        shape.uncertainty = 0.1;
+        const davar_filter_t filter = filter_of(&shape);
+        const bool has_pole_alone = (shape.poles == 1U) && (filter.averages > 0U);
+        davar_plan_init_filtered(&plan, sizes, SIZES, &filter);
+        for (int t = 0; (t < SIZES) && !has_pole_alone && (shape.cutoff < 1.0); t++) {
+            const double above = changed_gain(&shape, &filter, (int)sizes[t], 1.05);
+            const double below = changed_gain(&shape, &filter, (int)sizes[t], 1.0 / 1.05);
+            const double by_axis = (shape.averages > 0U) ? filter.uncertainty : 0.1;
+            const double expected = by_axis * log(above / below) / (2.0 * log(1.05));
+            const double part = (shape.cutoff > 0.4) ? 0.3 : near[shape.poles];
+            TEST_ASSERT_DOUBLE_WITHIN((part * fabs(expected)) + 2e-4, expected,
                                       (double)plan.offset[t]);
         }
     }
 }
 
+/* What the level is not known to, adds to the variance of the angle random walk. */
+static void test_the_level_of_a_learned_filter_widens_the_interval(void)
+{
+    davar_filter_t filter = filter_of(&filters[4]);
+    filter.uncertainty = 0.0;
+    davar_plan_init_filtered(&plan, sizes, SIZES, &filter);
+    TEST_ASSERT_EQUAL_FLOAT(0.0F, plan.offset_variance[WHITE]);
+    filter.level = 0.03;
+    davar_plan_init_filtered(&plan, sizes, SIZES, &filter);
+    assert_near(0.06 * 0.06, (double)plan.offset_variance[WHITE], 1e-6);
+}
+
 /* ---- drifts ---- */
 
 /* Power gain of the complete filter at an angle of the sampled spectrum, aliases not folded. */
-static double power_gain(const davar_filter_t *filter, double angle)
+static double power_gain(const shape_t *filter, double angle)
 {
     const double ratio = angle / (2.0 * PI * filter->cutoff);
     const double low = (filter->poles == 0U)   ? 1.0
                        : (filter->poles == 1U) ? (1.0 / (1.0 + (ratio * ratio)))
                                                : (1.0 / (1.0 + pow(ratio, 4.0)));
-    const double half = 0.5 * angle / filter_decimation(filter);
+    const double half = 0.5 * angle / shape_decimation(filter);
     const double length = (double)filter->length;
     const double average =
         (filter->averages > 0U) ? (sin(length * half) / (length * sin(half))) : 1.0;
@@ -197,7 +244,7 @@ static double power_gain(const davar_filter_t *filter, double angle)
 }
 
 /* m avar of a drift whose spectrum is 1 / angle^power, by the midpoint rule. */
-static double drift_avar(const davar_filter_t *filter, double m, int power)
+static double drift_avar(const shape_t *filter, double m, int power)
 {
     const double step = PI / 1024.0;
     double sum = 0.0;
@@ -217,10 +264,10 @@ static void test_drifts_pass_the_filter_as_their_spectrum_does(void)
     static const struct {
         size_t filter;
         double at_one;
-    } most[] = {{1, 0.1},  {2, 0.1},   {3, 0.001},  {4, 0.003},  {5, 0.02},  {6, 0.04},
-                {7, 0.01}, {10, 0.16}, {11, 0.001}, {12, 0.025}, {13, 0.001}};
+    } most[] = {{1, 0.1},  {2, 0.1},   {3, 0.001},  {4, 0.003}, {5, 0.02},  {6, 0.04},
+                {7, 0.01}, {10, 0.16}, {11, 0.001}, {12, 0.08}, {13, 0.001}};
     for (size_t i = 0; i < sizeof most / sizeof most[0]; i++) {
-        const davar_filter_t *const filter = &filters[most[i].filter];
+        const shape_t *const filter = &filters[most[i].filter];
         plan_filter(filter);
         for (int t = 0; t < SIZES; t++) {
             const double m = (double)sizes[t];
@@ -249,11 +296,13 @@ static void test_the_power_gain_matches_the_autocovariance(void)
 {
     for (size_t f = 0U; f < FILTERS; f++) {
         autocovariance_of(&filters[f], &of_noise);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-15, 1.0, davar_filter_power(&filters[f], 0.0));
+        const davar_filter_t filter = filter_of(&filters[f]);
+        TEST_ASSERT_TRUE(davar_filter_is_valid(&filter));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-15, 1.0, davar_filter_power(&filter, 0.0));
         for (int i = 1; i <= 10; i++) {
             const double frequency = 0.05 * i;
             TEST_ASSERT_DOUBLE_WITHIN(1e-6, spectrum_at(frequency),
-                                      davar_filter_power(&filters[f], frequency));
+                                      davar_filter_power(&filter, frequency));
         }
     }
 }
@@ -261,9 +310,9 @@ static void test_the_power_gain_matches_the_autocovariance(void)
 static void test_sizes_beyond_the_filter_are_white(void)
 {
     static const uint32_t m[] = {16U, 4096U, 4097U, 100000U, 150000U, 16777216U};
-    const davar_filter_t filter = {.cutoff = 0.01, .poles = 2U};
+    const shape_t filter = {.cutoff = 0.01, .poles = 2U};
     set_autocovariance(&filter, filter.cutoff);
-    davar_plan_init_filtered(&plan, m, 6U, &filter);
+    plan_shape(&plan, m, 6U, &filter);
     for (int u = 0; u < 6; u++) {
         if (m[u] <= 150000U) {
             assert_near(expected_gain((int)m[u]), (double)plan.gain[u], 2e-6);
@@ -278,7 +327,7 @@ static void test_sizes_beyond_the_filter_are_white(void)
     TEST_ASSERT_TRUE(plan.gain[5] <= 1.0F);
     TEST_ASSERT_EQUAL_FLOAT(1.0F, plan.flicker[5]);
     TEST_ASSERT_EQUAL_FLOAT(1.0F, plan.walk[5]);
-    davar_plan_init_filtered(&plan, &m[2], 2U, &filter); /* none within the filter */
+    plan_shape(&plan, &m[2], 2U, &filter); /* none within the filter */
     TEST_ASSERT_EQUAL_FLOAT(1.0F, plan.gain[0]);
     TEST_ASSERT_EQUAL_FLOAT(1.0F, plan.gain[1]);
     assert_near(r_at(0), (double)plan.sample, 1e-5);
@@ -309,10 +358,10 @@ static void test_plans_of_the_longest_averages_are_plans(void)
             count++;
             next += 1U + ((trial % 2U == 0U) ? (uint32_t)(random_next(&random) % next) : next);
         }
-        davar_filter_t filter = {.averages = (uint8_t)(1U + ((trial / 3U) % 2U)), .cutoff = 0.002};
-        filter.length = (uint16_t)(DAVAR_FILTER_SPAN_MOST / filter.averages);
+        shape_t filter = {.averages = (uint8_t)(1U + ((trial / 3U) % 2U)), .cutoff = 0.004};
+        filter.length = (uint16_t)(DAVAR_FILTER_SPAN / filter.averages);
         filter.poles = (uint8_t)(trial % 3U);
-        davar_plan_init_filtered(&plan, m, count, &filter);
+        plan_shape(&plan, m, count, &filter);
         TEST_ASSERT_TRUE(isfinite(plan.rounding));
         for (int k = 0; k < TERMS; k++) {
             TEST_ASSERT_TRUE(isfinite(plan.offset_variance[k]));
@@ -326,8 +375,8 @@ static void test_plans_of_the_longest_averages_are_plans(void)
 static void test_the_inverse_of_a_gain_saturates(void)
 {
     static const uint32_t m[] = {1U, 4096U};
-    const davar_filter_t narrow = {.averages = 8U, .length = 128U};
-    davar_plan_init_filtered(&plan, m, 2U, &narrow);
+    const shape_t narrow = {.averages = 8U, .length = 128U};
+    plan_shape(&plan, m, 2U, &narrow);
     TEST_ASSERT_TRUE(plan.gain[0] < 1e-7F);
     TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, plan.inverse_gain[0]);
 }
@@ -358,7 +407,7 @@ static void test_whitening_matches_the_autocovariance(void)
     for (size_t f = 0; f < FILTERS; f++) {
         davar_config_t config = davar_default_config;
         set_autocovariance(&filters[f], filters[f].cutoff);
-        davar_whiten(&config, &filters[f]);
+        whiten_shape(&config, &filters[f]);
         const double r0 = r_at(0) * (1.0 + (1.0 / 432.0));
         const double determinant = (r0 * r0) - (r_at(1) * r_at(1));
         const double first = ((r0 * r_at(1)) - (r_at(1) * r_at(2))) / determinant;
@@ -378,18 +427,20 @@ static void test_the_tolerance_is_that_of_the_cutoff(void)
     for (int poles = 1; poles <= 2; poles++) {
         for (int i = 0; i < 3; i++) {
             davar_config_t config = davar_default_config;
-            const davar_filter_t declared = {
+            const shape_t declared = {
                 .cutoff = cutoffs[i], .poles = (uint8_t)poles, .uncertainty = 0.02};
-            davar_whiten(&config, &declared);
+            whiten_shape(&config, &declared);
             const double h[3] = {1.0, -config.glr.whiten_first / 16384.0,
                                  -config.glr.whiten_second / 16384.0};
             double level[2];
             for (int k = 0; k < 2; k++) {
-                set_autocovariance(&declared, cutoffs[i] * ((k == 0) ? 0.98 : 1.02));
+                const double factor = (k == 0) ? 0.98 : 1.02;
+                set_autocovariance(&declared, factor * cutoffs[i]);
                 level[k] = level_after(h);
             }
+            /* of two poles, the frequency axis is stretched, not the analogue cutoff */
             assert_near(1.96 * 0.5 * fabs(level[0] - level[1]) / config.glr.whiten_level,
-                        config.glr.whiten_tolerance, 0.01);
+                        config.glr.whiten_tolerance, (poles == 1) ? 0.01 : 0.15);
         }
     }
 }
@@ -443,7 +494,7 @@ static void test_bounds_behind_a_filter_use_its_autocorrelation(void)
         for (int k = 1; k < of_noise.count; k++) {
             r4 += 2.0 * pow(r_at(k) / r_at(0), 4.0);
         }
-        davar_bound_unstable_rate(&config, 0.01, &filters[f]);
+        bound_shape(&config, 0.01, &filters[f]);
         const double z = 2.807033768;
         const double slides = sqrt(8.0 / 3.0 * 100.0 / (400.0 * 300.0));
         const double found =
@@ -458,7 +509,8 @@ int main(void)
     RUN_TEST(test_gains_match_the_autocovariance);
     RUN_TEST(test_covariances_match_the_autocovariance);
     RUN_TEST(test_a_sample_matches_the_autocovariance);
-    RUN_TEST(test_offsets_are_derivatives_by_the_cutoff);
+    RUN_TEST(test_offsets_are_derivatives_by_the_frequency);
+    RUN_TEST(test_the_level_of_a_learned_filter_widens_the_interval);
     RUN_TEST(test_drifts_pass_the_filter_as_their_spectrum_does);
     RUN_TEST(test_the_power_gain_matches_the_autocovariance);
     RUN_TEST(test_sizes_beyond_the_filter_are_white);

@@ -5,6 +5,7 @@
 #include "fit/plan.h"
 #include "fit_fixture.h"
 #include "random.h"
+#include "shape.h"
 
 /* ---- results and their units ---- */
 
@@ -772,13 +773,13 @@ static void test_a_cascade_alone_that_is_constant(void)
 static void test_a_cascade_alone_that_contradicts_the_filter(void)
 {
     const double quantized[] = {300.0, 1.0, 0, 0, 0};
-    const davar_filter_t filter = {.cutoff = 0.02, .poles = 1U};
+    const shape_t filter = {.cutoff = 0.02, .poles = 1U};
     uint32_t m[LONG];
     set_curve(0U, LONG, quantized);
     for (uint8_t t = 0U; t < LONG; t++) {
         m[t] = result.tau[t].m;
     }
-    davar_plan_init_filtered(&plan, m, LONG, &filter);
+    plan_shape(&plan, m, LONG, &filter);
     davar_fit(&plan, 1.0, &result);
     TEST_ASSERT_EQUAL(DAVAR_NOISE_FILTERED, result.noise);
     TEST_ASSERT_EQUAL_UINT(0U, present_terms());

@@ -27,16 +27,17 @@ static const char usage[] =
     "  --long M,M,...      cluster sizes of a cascade, which davar_cascade_append adds\n"
     "  --bandwidth FILTER  what is between the gyro's noise and the samples. Without it, the fit\n"
     "                      withholds its result when the short cluster sizes read low. One of:\n"
-    "                        HZ[:ORDER[:PERCENT]]  a low-pass of 1 or 2 poles (default 2), -3 dB\n"
-    "                                              at HZ, known to PERCENT (default 10)\n"
-    "                        average[ORDER]:N      ORDER (default 1) moving averages of N "
-    "samples,\n"
-    "                                              together at most 1024\n"
+    "                        HZ[:ORDER[:PERCENT]]  an analogue low-pass of 1 or 2 poles (default\n"
+    "                                              2), -3 dB at HZ, known to PERCENT (10)\n"
+    "                        biquad:HZ  pt1:HZ  notch:HZ:Q\n"
+    "                                              digital, at the sample rate\n"
+    "                        average[ORDER]:N      ORDER (default 1) moving averages of N samples\n"
     "                        cic[ORDER]:N          the same, keeping every N-th sample\n"
     "                        sum:N                 the sums of N counts that davar_average makes\n"
-    "                        HZ...+average:N       a low-pass and then one of these\n"
+    "                        ba:B0,B1,..[:A1,A2,..]  coefficients, with A0 = 1\n"
+    "                        FILTER+FILTER         in series, in this order\n"
     "                        none                  no filter\n"
-    "  --rate HZ           sample rate of the samples that davar gets; for a low-pass\n"
+    "  --rate HZ           sample rate of the samples that davar gets; for a filter in Hz\n"
     "  --name NAME         name of the plan (default davar_ready_plan); declare it as\n"
     "                      extern davar_plan_t NAME;\n"
     "  --help\n"
@@ -46,6 +47,12 @@ static const char usage[] =
 static int reject(const char *option, const char *what, const char *text)
 {
     (void)fprintf(stderr, "davar-plan: %s: %s, found '%s'\n", option, what, text);
+    return 2;
+}
+
+static int reject_filter(const char *option, const char *expected, const char *text)
+{
+    (void)fprintf(stderr, "davar-plan: %s: expected %s, found '%s'\n", option, expected, text);
     return 2;
 }
 
@@ -114,10 +121,12 @@ static void write_rows(const davar_plan_t *plan)
 
 static void write_numbers(const davar_plan_t *plan)
 {
-    (void)printf("    .declared = %s,\n    .sample = %aF,\n    .spread = %aF,\n    .floor = %aF,\n"
-                 "    .hidden = %aF,\n    .rounding_variance = %a,\n",
-                 plan->declared ? "true" : "false", (double)plan->sample, (double)plan->spread,
-                 (double)plan->floor, (double)plan->hidden, plan->rounding_variance);
+    (void)printf(
+        "    .declared = %s,\n    .sample = %aF,\n    .spread = %aF,\n    .floor = %aF,\n"
+        "    .hidden = %aF,\n    .rounding_variance = %a,\n    .level = %aF,\n    .step = %aF,\n",
+        plan->declared ? "true" : "false", (double)plan->sample, (double)plan->spread,
+        (double)plan->floor, (double)plan->hidden, plan->rounding_variance, (double)plan->level,
+        (double)plan->step);
     (void)printf(
         "    .passed = %u,\n    .white_bits = %u,\n    .rounding = %aF,\n    .coarse = %" PRIu32
         "U,\n",
@@ -172,6 +181,7 @@ static void write_plan(const davar_plan_t *plan, const char *name)
     write_floats("scale", plan->scale, terms);
     write_floats("centre", plan->centre, terms);
     write_floats("unit", plan->unit, terms);
+    write_floats("rounding_most", plan->rounding_most, terms);
     write_numbers(plan);
 }
 
@@ -183,8 +193,7 @@ typedef struct {
     const char *long_taus; /* null: none */
     const char *name;
     const char *filter; /* null: undeclared */
-    bandwidth_t bandwidth;
-    double rate_hz; /* 0: not given */
+    double rate_hz;     /* 0: not given */
 } request_t;
 
 /* Reads one option. Returns 0, or the exit status of an error. */
@@ -206,9 +215,7 @@ static int read_option(request_t *request, const char *option, const char *value
     }
     if (strcmp(option, "--bandwidth") == 0) {
         request->filter = value;
-        return bandwidth_read(value, &request->bandwidth)
-                   ? 0
-                   : reject(option, "expected " BANDWIDTH_FORMS, value);
+        return 0;
     }
     if (strcmp(option, "--rate") == 0) {
         request->rate_hz = strtod(value, &end);
@@ -267,12 +274,16 @@ static int make_plan(request_t *request, davar_plan_t *plan, davar_filter_t *fil
         davar_plan_init(plan, request->taus, request->sizes);
         return 0;
     }
-    if ((request->bandwidth.filter.poles > 0U) && !(request->rate_hz > 0.0)) {
-        return reject("--rate", "required with a low-pass in --bandwidth (see --help)", "");
+    const bool has_rate = (request->rate_hz > 0.0);
+    const char *expected = bandwidth_read(request->filter, 0.0, filter);
+    if ((expected == NULL) && !has_rate && bandwidth_has_hz(request->filter)) {
+        return reject("--rate", "required with a frequency in --bandwidth (see --help)", "");
     }
-    const double rate_hz = (request->rate_hz > 0.0) ? request->rate_hz : 1.0;
-    if (!bandwidth_at(&request->bandwidth, rate_hz, filter)) {
-        return reject("--bandwidth", "expected " BANDWIDTH_RANGE, request->filter);
+    if (expected == NULL) {
+        expected = bandwidth_read(request->filter, has_rate ? request->rate_hz : 1.0, filter);
+    }
+    if (expected != NULL) {
+        return reject_filter("--bandwidth", expected, request->filter);
     }
     davar_plan_init_filtered(plan, request->taus, request->sizes, filter);
     return 0;

@@ -226,14 +226,12 @@ static uint8_t read_taus(const char *text, uint32_t taus[])
 /* Returns 0, or the exit status of an error. */
 static int read_filter(const char *text, double rate_hz, davar_filter_t *filter)
 {
-    bandwidth_t bandwidth;
     char why[400];
-    const bool good = bandwidth_read(text, &bandwidth);
-    if (good && bandwidth_at(&bandwidth, rate_hz, filter)) {
+    const char *const expected = bandwidth_read(text, rate_hz, filter);
+    if (expected == NULL) {
         return 0;
     }
-    (void)snprintf(why, sizeof why, "expected %s, found '%s'",
-                   good ? BANDWIDTH_RANGE : BANDWIDTH_FORMS, text);
+    (void)snprintf(why, sizeof why, "expected %s, found '%s'", expected, text);
     return reject("--bandwidth", why);
 }
 

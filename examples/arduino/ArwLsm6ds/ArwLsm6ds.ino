@@ -80,7 +80,8 @@ static davar_status_t start_davar()
     config.moments.segment = 0;
     config.taus = taus;
     config.tau_count = TAUS;
-    const davar_filter_t filter = {DAVAR_LOW_PASS(33, RATE_HZ, 2), DAVAR_SUM(1)}; /* at 104 Hz */
+    davar_filter_t filter = {};
+    davar_filter_low_pass(&filter, 33.0 / RATE_HZ, 2, 0.1); /* at 104 Hz; known to 10 % */
     davar_plan_init_filtered(&plan, taus, TAUS, &filter);
     return davar_init_q15(&gyro_z, &config, memory, sizeof memory);
 }

@@ -95,7 +95,8 @@ static davar_status_t start_davar()
     config.moments.segment = 0;
     config.taus = taus;
     config.tau_count = TAUS;
-    const davar_filter_t filter = {DAVAR_LOW_PASS(42, RATE_HZ, 2), DAVAR_SUM(1)}; /* register CONFIG */
+    davar_filter_t filter = {};
+    davar_filter_low_pass(&filter, 42.0 / RATE_HZ, 2, 0.1); /* register CONFIG; known to 10 % */
     davar_plan_init_filtered(&plan, taus, TAUS, &filter);
     return davar_init_q15(&gyro_z, &config, memory, sizeof memory);
 }

@@ -15,54 +15,95 @@
 extern "C" {
 #endif
 
-/** The filter between the gyro's noise and the samples that davar gets: a low-pass, then moving
- * averages, then every n-th sample. All zeros: no filter. DAVAR_LOW_PASS and DAVAR_SUM initialise
- * the common ones, alone or both: davar_filter_t filter = {DAVAR_LOW_PASS(250, 1000, 2),
- * DAVAR_SUM(8)}. */
+/** Zeros and poles that a filter has at most, and the samples over which it spreads one. */
+#define DAVAR_FILTER_ZEROS 31U
+#define DAVAR_FILTER_POLES 8U
+#define DAVAR_FILTER_SPAN 1024U
+
+/** The filter between the gyro's noise and the samples that davar gets, as coefficients at the rate
+ * of these samples: y[n] = b[0] x[n] + b[1] x[n - 1] + .. - a[1] y[n - 1] - a[2] y[n - 2] - .., as
+ * SciPy and MATLAB print them, and then moving averages. All zeros: no filter. The gain at
+ * frequency 0 is ignored: davar assumes that it is 1.
+ *
+ * Set the coefficients, or let the functions below fill them from what a data sheet or a firmware
+ * says. The fields are in their ranges if davar_filter_is_valid. */
 typedef struct davar_filter {
-    double
-        cutoff; /**< -3 dB over the rate of the samples that davar gets, 0.002 to 2 times decimation */
-    double uncertainty; /**< relative standard uncertainty of cutoff, 0 to 0.5 */
-    uint8_t poles; /**< of an analogue low-pass, sampled: 1, 2 (Butterworth), or 0: no low-pass */
-    uint8_t averages; /**< moving averages in series, 0 to 8; a CIC of order n has n */
-    /** samples in each moving average, before the decimation, 1 to 4096; averages * length is at
-     * most DAVAR_FILTER_SPAN_MOST samples after the decimation */
-    uint16_t length;
-    uint16_t decimation; /**< every n-th sample is kept; 0 and 1: every sample */
-    /** counts that are added up in a sample; above 1, averages is 1 and the two fields above
-     * are the same number. 0 and 1: a sample is one count */
-    uint16_t summed;
+    double b[DAVAR_FILTER_ZEROS + 1U]; /**< numerator; unused entries are 0 */
+    double a[DAVAR_FILTER_POLES + 1U]; /**< denominator; a[0] is 1, or all are 0: no poles */
+    double uncertainty; /**< relative standard uncertainty of the frequency axis, 0 to 0.5 */
+    double level; /**< ... of the angle random walk behind a filter that was learned, 0 to 0.5 */
+    /** Of the counts that a sample is the sum of, for white noise of density 1: the variance of
+     * one, and half the mean square of the difference of two. Only if summed is above 1. */
+    double count_variance, count_step;
+    uint16_t length;  /**< samples in each moving average, from 1 on */
+    uint16_t summed;  /**< counts that are added up in a sample; 0 and 1: a sample is one count */
+    uint8_t averages; /**< moving averages in series, 0 to 8; averages * length is at most
+                         DAVAR_FILTER_SPAN */
 } davar_filter_t;
 
-/** Samples over which all moving averages of a filter together may spread a sample. */
-#define DAVAR_FILTER_SPAN_MOST 1024U
+/** @name What is in series
+ * Each function appends a part to *filter, in the order in which the noise passes them; begin with
+ * all zeros. Frequencies are over the rate of the samples at this place: davar_filter_cic and
+ * davar_filter_sum lower it for what follows. A part out of its range, or one too many for
+ * DAVAR_FILTER_ZEROS and DAVAR_FILTER_POLES, makes the filter invalid for good, which
+ * davar_filter_is_valid tells. Cost: below 10 000 operations in doubles, for davar_filter_cic and
+ * davar_filter_sum 3000 times `length` more.
+ *
+ * Formulas (5.20) to (5.22). @{ */
 
-/** A low-pass of 1 or 2 poles with its -3 dB frequency in Hz, known to 10 %. rate_hz: rate of the
- * samples that davar gets. */
-#define DAVAR_LOW_PASS(hz, rate_hz, order)                                                         \
-    .cutoff = (double)(hz) / (double)(rate_hz), .uncertainty = 0.1, .poles = (order)
+/** An analogue low-pass of a data sheet, sampled: it must be the first part. cutoff: -3 dB, above
+ * 0 and up to 4. poles: 1 or 2 (Butterworth). uncertainty: relative, of cutoff; a data sheet is
+ * known to about 0.1. What is above half the sample rate is aliased. */
+void davar_filter_low_pass(davar_filter_t *filter, double cutoff, unsigned poles,
+                           double uncertainty);
 
-/** The sums of `n` samples each. 1: each sample is one count, for C++ compilers that warn about the
- * fields that DAVAR_LOW_PASS omits. */
-#define DAVAR_SUM(n) .averages = 1U, .length = (n), .decimation = (n), .summed = (n)
+/** The digital Butterworth low-pass of two poles that most flight controllers call biquad or
+ * LowPassFilter2p. cutoff: above 0 and below 0.5. */
+void davar_filter_biquad(davar_filter_t *filter, double cutoff);
+
+/** The digital low-pass of one pole y += k (x - y) with k = dt / (dt + 1 / (2 pi cutoff)), PT1 or
+ * alpha filter. cutoff: above 0 and up to 4. */
+void davar_filter_pt1(davar_filter_t *filter, double cutoff);
+
+/** The digital notch of two poles. centre: above 0 and below 0.5. q: 0.1 to 100. */
+void davar_filter_notch(davar_filter_t *filter, double centre, double q);
+
+/** Any coefficients. a: null for a_count 0, otherwise a[0] is 1. */
+void davar_filter_ba(davar_filter_t *filter, const double *b, unsigned b_count, const double *a,
+                     unsigned a_count);
+
+/** Moving averages of `length` samples, 1 to 1024, `order` of them in series, 1 to 8. */
+void davar_filter_average(davar_filter_t *filter, unsigned order, unsigned length);
+
+/** The same, then every `length`-th sample, 1 to 4096. */
+void davar_filter_cic(davar_filter_t *filter, unsigned order, unsigned length);
+
+/** The sums of `length` counts, 1 to 4096, that davar_average makes. It is the last part. */
+void davar_filter_sum(davar_filter_t *filter, unsigned length);
+
+/** @} */
+
+/** Tells whether the fields are in their ranges, and the coefficients stable, soon forgotten
+ * (DAVAR_FILTER_SPAN; a cutoff of 0.002 is) and not 0 at frequency 0.
+ * Cost: up to 40 000 operations in doubles. */
+bool davar_filter_is_valid(const davar_filter_t *filter);
 
 /** Computes the power gain of a filter for white noise at a frequency, relative to that at 0.
- * frequency: over the rate of the samples that davar gets, 0 to 0.5. Aliases are included. The
- * fields of *filter are in their ranges (asserted).
+ * frequency: over the rate of the samples that davar gets, 0 to 0.5. The filter is valid
+ * (asserted).
  * @return At least 0; 1 at frequency 0, and at every frequency if the filter is all zeros.
  *
- * Cost: O(decimation) in doubles. Formula (5.16). */
+ * Cost: 100 operations in doubles, and the check. Formula (5.16). */
 double davar_filter_power(const davar_filter_t *filter, double frequency);
 
-/** Sets the whitening of law glr for a gyro with `filter`, whose fields are in their ranges
- * (asserted): glr.whiten_first, whiten_second, whiten_level and whiten_tolerance. The detector
+/** Sets the whitening of law glr for a gyro with `filter`, which is valid (asserted): glr.whiten_first, whiten_second, whiten_level and whiten_tolerance. The detector
  * then keeps its rate of false alarms after the filter, and detects a change about as early as
  * without one. With a cutoff that is wrong by 20 %, false alarms are at most a third more. After a
  * narrow filter and with a sigma below five counts, it delays alarms instead: do not use it. Call
  * it before init, or copy its values into a const configuration (tools/davar-plan --bandwidth
  * prints them).
  * Reads glr.block: set it before. Init rejects one out of range.
- * Cost: O(P (decimation + glr.block)) in doubles, once, with P = 4 / cutoff, 64 to 16384 points.
+ * Cost: O(P (glr.block + order)) in doubles, once, with P = 64 to 16384 points.
  * Formula (10.16). */
 void davar_whiten(davar_config_t *config, const davar_filter_t *filter);
 
@@ -72,7 +113,7 @@ void davar_whiten(davar_config_t *config, const davar_filter_t *filter);
  * windows of 400 white samples unstable. A stated rate detects small changes later.
  * Reads law, window.shortest and moments.segment, which is below window.shortest (asserted).
  * rate: 1e-4 to 0.1 (asserted). filter: null for white noise.
- * Cost: O(P (decimation + 32)) in doubles, at most eight times, with P as for davar_whiten.
+ * Cost: O(P (order + 32)) in doubles, at most eight times, with P as for davar_whiten.
  * Formula (4.3). */
 void davar_bound_unstable_rate(davar_config_t *config, double rate, const davar_filter_t *filter);
 

@@ -33,12 +33,14 @@ typedef struct davar_plan {
     float gain[DAVAR_TAUS_MAX];    /* m avar */
     float flicker[DAVAR_TAUS_MAX]; /* root of the share of flicker that passes the filter */
     float walk[DAVAR_TAUS_MAX];    /* ... of random walk */
-    float offset[DAVAR_TAUS_MAX];  /* relative error of gain by one standard error of the cutoff */
+    float offset[DAVAR_TAUS_MAX];  /* relative error of gain by one standard error of the axis */
+    float level;                   /* ... of the white noise by a filter that was learned */
     float covariance[(DAVAR_TAUS_MAX * (DAVAR_TAUS_MAX + 1)) / 2]; /* of m avar / gain, times n */
     float sample;                                                  /* variance of a sample */
-    float spread;             /* samples over which the filter spreads a sample of noise (5.19) */
-    float floor;              /* variance of the rounding that covariance includes */
-    float hidden;             /* root of white noise, in counts, that rounding hides (5.15) */
+    float spread; /* samples over which the filter spreads a sample of noise (5.19) */
+    float floor;  /* variance of the rounding that covariance includes */
+    float hidden; /* root of white noise, in counts, that rounding hides (5.15) */
+    float step;   /* N^2 over rounding times this: whether rounding is white; 0: it always is */
     double rounding_variance; /* of a sample, in squared counts */
     float weight[DAVAR_TAUS_MAX];
     float freedom[DAVAR_TAUS_MAX]; /* degrees of freedom per effective difference */
@@ -55,7 +57,8 @@ typedef struct davar_plan {
     float scale[DAVAR_COEFFICIENT_COUNT]; /* units of functional, sigma and centre */
     float centre[DAVAR_COEFFICIENT_COUNT];
     float unit[DAVAR_COEFFICIENT_COUNT];
-    float rounding;  /* white noise that rounding of variance 1 looks like (5.15) */
+    float rounding; /* white noise that rounding of variance 1 looks like (5.15) */
+    float rounding_most[DAVAR_COEFFICIENT_COUNT]; /* largest amplitude of such rounding */
     uint32_t coarse; /* rounding of a sample over white noise from which it hides it, as 2.30 */
     float misfit_spread;
     uint64_t misfit_limit;

@@ -22,31 +22,29 @@ static int16_t rounded(double share)
     return (int16_t)((scaled < 0.0) ? (scaled - 0.5) : (scaled + 0.5));
 }
 
-/* Autocovariances with the cutoff of this spectrum (davar_band_spectra), at `count` lags: `first`,
- * then every `step`-th. */
-static void autocovariances(const band_t *band, uint32_t points, int spectrum, uint32_t first,
-                            uint32_t step, double r[], uint32_t count)
+/* Autocovariances for white noise of density 1, with this stretch of the frequency axis, at `count`
+ * lags: `first`, then every `step`-th. */
+static void autocovariances(const davar_filter_t *filter, uint32_t points, double stretch,
+                            uint32_t first, uint32_t step, double r[], uint32_t count)
 {
     const double by_lag = SPECTRUM_PI / (double)points;
-    turn_t half = turn_by(SPECTRUM_PI / (2.0 * (double)points * band->decimation));
+    band_t band;
     turn_t begin = turn_by((double)first * by_lag);
     turn_t ahead = turn_by((double)step * by_lag);
+    davar_band_start(&band, filter, points, stretch);
     for (uint32_t i = 0U; i < count; i++) {
         r[i] = 0.0;
     }
     for (uint32_t p = 0U; p < points; p++) {
-        double s[3];
-        davar_band_spectra(band, half.now, s);
         double cosine = begin.now.re; /* of the lag times the angle */
         double before = (begin.now.re * ahead.now.re) + (begin.now.im * ahead.now.im);
-        const double share = s[spectrum] / (double)points;
+        const double share = davar_band_next(&band) / (double)points;
         for (uint32_t i = 0U; i < count; i++) {
             const double next = (2.0 * ahead.now.re * cosine) - before;
             r[i] += share * cosine;
             before = cosine;
             cosine = next;
         }
-        turn_on(&half);
         turn_on(&begin);
         turn_on(&ahead);
     }
@@ -72,8 +70,7 @@ static double whitened_at(const double r[], uint32_t lag, double first, double s
 
 /* White noise before the filter over whitened samples about the mean of their block. Whitened
  * samples are not quite white, so this is not their variance. */
-static double level_of_filter(const davar_config_t *config, const double r[], uint32_t block,
-                              double density)
+static double level_of_filter(const davar_config_t *config, const double r[], uint32_t block)
 {
     const double first = (double)config->glr.whiten_first / WHITENING_ONE;
     const double second = (double)config->glr.whiten_second / WHITENING_ONE;
@@ -82,40 +79,36 @@ static double level_of_filter(const davar_config_t *config, const double r[], ui
         sum += (double)(block - lag) * whitened_at(r, lag, first, second);
     }
     const double shared = 2.0 * sum / ((double)block * ((double)block - 1.0));
-    return davar_root(density / (whitened_at(r, 0U, first, second) - shared));
+    return davar_root(1.0 / (whitened_at(r, 0U, first, second) - shared));
 }
 
 DAVAR_RARE void davar_whiten(davar_config_t *config, const davar_filter_t *filter)
 {
-    band_t band;
-    double density[3];
+    static const double stretch[3] = {1.0, SPECTRUM_STEP, 1.0 / SPECTRUM_STEP};
     double level[3];
     double r[BLOCK_MOST + 2U];
     const uint32_t longer = (config->glr.block > 2U) ? config->glr.block : 2U; /* init rejects it */
     const uint32_t block = (longer < BLOCK_MOST) ? longer : BLOCK_MOST;
     davar_filter_assert(filter);
-    davar_band_start(filter, &band);
-    davar_band_spectra(&band, (complex_t){1.0, 0.0}, density);
-    const uint32_t points = davar_band_points(1.0, filter);
+    const uint32_t points = davar_band_points(filter, 1.0);
     for (int i = 0; i < 3; i++) {
-        autocovariances(&band, points, i, 0U, 1U, r, block + 2U);
+        autocovariances(filter, points, stretch[i], 0U, 1U, r, block + 2U);
         if (i == 0) {
             set_weights(config, r);
         }
-        level[i] = level_of_filter(config, r, block, density[i]);
+        level[i] = level_of_filter(config, r, block);
     }
     const double slope = (level[1] - level[2]) / (2.0 * SPECTRUM_LOG_STEP * level[0]);
+    const double of_axis = filter->uncertainty * slope;
     config->glr.whiten_level = level[0];
     config->glr.whiten_tolerance =
-        NORMAL_95 * filter->uncertainty * ((slope < 0.0) ? -slope : slope);
+        NORMAL_95 * davar_root(squared(of_axis) + squared(filter->level));
 }
 
 /* Sum of the fourth powers of the autocorrelation over all lags. */
 static double fourth_powers(const davar_filter_t *filter)
 {
-    band_t band;
-    davar_band_start(filter, &band);
-    const uint32_t points = davar_band_points(1.0, filter);
+    const uint32_t points = davar_band_points(filter, 1.0);
     const uint32_t half = points / 2U; /* a power of two, LAGS_TOGETHER at least */
     uint32_t step = 1U;
     while ((half / step) > LAGS_MOST) {
@@ -125,7 +118,7 @@ static double fourth_powers(const davar_filter_t *filter)
     double at_lag_0 = 0.0;
     double sum = 0.0;
     for (uint32_t first = 0U; first < half; first += LAGS_TOGETHER * step) {
-        autocovariances(&band, points, 0, first, step, r, LAGS_TOGETHER);
+        autocovariances(filter, points, 1.0, first, step, r, LAGS_TOGETHER);
         for (uint32_t i = 0U; i < LAGS_TOGETHER; i++) {
             sum += squared(squared(r[i]));
         }

@@ -6,6 +6,12 @@
 #define POINTS_LEAST 64U
 #define POINTS_MOST 16384U
 
+/* Energy of the response that does not count. */
+#define FORGOTTEN 1e-6
+
+/* Least power gain at frequency 0, over the largest that the coefficients allow. */
+#define PASSED_LEAST 1e-20
+
 complex_t davar_exponential(complex_t z)
 {
     const double small = 1.0 / 256.0;
@@ -21,40 +27,36 @@ complex_t davar_exponential(complex_t z)
     return sum;
 }
 
-static pole_t pole_of(const davar_filter_t *filter, double cutoff)
+/* --- the power gain --- */
+
+static bool is_zero(double c)
 {
-    const double angle = 2.0 * SPECTRUM_PI * cutoff / filter_decimation(filter);
-    if (filter->poles == 1U) {
-        return (pole_t){davar_exponential((complex_t){-angle, 0.0}), 0.0};
+    return !(c < 0.0) && !(c > 0.0);
+}
+
+uint32_t davar_filter_order(const double c[], uint32_t most)
+{
+    uint32_t order = most;
+    while ((order > 0U) && is_zero(c[order])) {
+        order--;
     }
-    const double part = angle * 0.70710678118654752;
-    return (pole_t){davar_exponential((complex_t){-part, part}), 1.0};
+    return order;
 }
 
-/* Re(w (1 - z^2) / (1 - 2 z cosine + z^2)) */
-static double low_pass(const pole_t *pole, double cosine)
+/* Squared size of sum c[k] z^k; 1 if every c[k] is 0. */
+static double power_of(const double c[], uint32_t count, complex_t z)
 {
-    const complex_t z = pole->z;
-    const complex_t z2 = complex_times(z, z);
-    const complex_t above = {1.0 - z2.re, -z2.im};
-    const complex_t under = {1.0 - 2.0 * z.re * cosine + z2.re, z2.im - 2.0 * z.im * cosine};
-    const complex_t weighted = complex_times(above, (complex_t){1.0, -pole->w});
-    return (weighted.re * under.re + weighted.im * under.im) /
-           (squared(under.re) + squared(under.im));
+    const uint32_t order = davar_filter_order(c, count - 1U);
+    complex_t sum = {c[order], 0.0};
+    for (uint32_t k = order; k > 0U; k--) {
+        sum = complex_times(sum, z);
+        sum.re += c[k - 1U];
+    }
+    const double power = squared(sum.re) + squared(sum.im);
+    return ((order == 0U) && is_zero(c[0])) ? 1.0 : power;
 }
 
-DAVAR_RARE void davar_band_start(const davar_filter_t *filter, band_t *band)
-{
-    band->filter = filter;
-    band->decimation = filter_decimation(filter);
-    band->aliases = (uint32_t)band->decimation;
-    band->alias = davar_exponential((complex_t){0.0, SPECTRUM_PI / band->decimation});
-    band->pole[0] = pole_of(filter, filter->cutoff);
-    band->pole[1] = pole_of(filter, filter->cutoff * SPECTRUM_STEP);
-    band->pole[2] = pole_of(filter, filter->cutoff / SPECTRUM_STEP);
-}
-
-/* Power gain of the moving averages at half the angle `half`, before decimation. */
+/* Power gain of the moving averages at half the angle `half`. */
 static double averaging(const davar_filter_t *filter, complex_t half)
 {
     complex_t power = {1.0, 0.0}; /* half^length */
@@ -72,29 +74,73 @@ static double averaging(const davar_filter_t *filter, complex_t half)
     return gain;
 }
 
-void davar_band_spectra(const band_t *band, complex_t half, double s[3])
+/* Power gain of the coefficients. */
+static double ratio_of(const davar_filter_t *filter, complex_t half)
 {
-    s[0] = 0.0;
-    s[1] = 0.0;
-    s[2] = 0.0;
-    for (uint32_t alias = 0U; alias < band->aliases; alias++) {
-        const double gain = (band->filter->averages > 0U) ? averaging(band->filter, half) : 1.0;
-        const double cosine = 1.0 - 2.0 * squared(half.im);
-        for (int i = 0; i < 3; i++) {
-            s[i] += gain * ((band->filter->poles > 0U) ? low_pass(&band->pole[i], cosine) : 1.0);
-        }
-        half = complex_times(half, band->alias);
-    }
+    const complex_t z = complex_times(half, half);
+    return power_of(filter->b, DAVAR_FILTER_ZEROS + 1U, z) /
+           power_of(filter->a, DAVAR_FILTER_POLES + 1U, z);
 }
 
-uint32_t davar_band_points(double samples, const davar_filter_t *filter)
+double davar_filter_gain(const davar_filter_t *filter, complex_t half)
 {
-    double least = samples;
-    const double narrow = (filter->poles > 0U) ? (1.0 / filter->cutoff) : 0.0;
-    least = (narrow > least) ? narrow : least;
-    const double length =
-        (filter->averages > 0U) ? ((double)filter->length / filter_decimation(filter)) : 0.0;
-    least = 4.0 * ((length > least) ? length : least);
+    const double gain = ratio_of(filter, half);
+    return (filter->averages > 0U) ? (gain * averaging(filter, half)) : gain;
+}
+
+static double gain_at_0(const davar_filter_t *filter)
+{
+    return davar_filter_gain(filter, (complex_t){1.0, 0.0});
+}
+
+/* --- the response in time --- */
+
+/* The last samples of a response, the newest first. */
+typedef struct {
+    double output[DAVAR_FILTER_POLES];
+} response_t;
+
+/* Sample n of the response to 1, 0, 0, .. */
+static double respond(const davar_filter_t *filter, response_t *past, uint32_t n)
+{
+    double next = (n <= DAVAR_FILTER_ZEROS) ? filter->b[n] : 0.0;
+    for (uint32_t k = DAVAR_FILTER_POLES; k > 0U; k--) {
+        next -= filter->a[k] * past->output[k - 1U];
+        past->output[k - 1U] = (k > 1U) ? past->output[k - 2U] : next;
+    }
+    return next;
+}
+
+/* Samples, a power of two, in which the coefficients forget a sample: as many again hold less than
+ * FORGOTTEN of the energy. 0: unstable, or more than DAVAR_FILTER_SPAN. */
+static uint32_t memory_of(const davar_filter_t *filter)
+{
+    response_t past = {{0.0}};
+    double before = 0.0;
+    uint32_t n = 0U;
+    for (uint32_t memory = 1U; memory <= DAVAR_FILTER_SPAN; memory *= 2U) {
+        double energy = 0.0;
+        for (; n < (2U * memory); n++) {
+            const double h = respond(filter, &past, n);
+            (*((n < memory) ? &before : &energy)) += squared(h);
+        }
+        if ((memory > DAVAR_FILTER_ZEROS) && (energy <= (FORGOTTEN * before))) {
+            return memory;
+        }
+        before += energy;
+    }
+    return 0U;
+}
+
+/* --- the band --- */
+
+uint32_t davar_band_points(const davar_filter_t *filter, double samples)
+{
+    const double span = (double)filter->averages * (double)filter->length;
+    double least = 4.0 * samples;
+    least = (least > (4.0 * span)) ? least : (4.0 * span);
+    const double memory = 2.0 * (double)memory_of(filter);
+    least = (least > memory) ? least : memory;
     uint32_t points = POINTS_LEAST;
     while ((points < POINTS_MOST) && ((double)points < least)) {
         points *= 2U;
@@ -102,33 +148,146 @@ uint32_t davar_band_points(double samples, const davar_filter_t *filter)
     return points;
 }
 
+/* Another cutoff stretches the sine of half the angle where the spectrum is that of poles alone, of
+ * one pole exactly, and the angle itself where there are as many zeros. The share of the sine. */
+static double sine_share(const davar_filter_t *filter)
+{
+    const double zeros = (double)davar_filter_order(filter->b, DAVAR_FILTER_ZEROS);
+    const double poles = (double)davar_filter_order(filter->a, DAVAR_FILTER_POLES);
+    return (zeros < poles) ? (1.0 - zeros / poles) : 0.0;
+}
+
+DAVAR_RARE void davar_band_start(band_t *band, const davar_filter_t *filter, uint32_t points,
+                                 double stretch)
+{
+    const bool is_exact = !(stretch < 1.0) && !(stretch > 1.0);
+    const double step = SPECTRUM_PI / (2.0 * (double)points);
+    band->filter = filter;
+    band->exact = turn_by(step);
+    band->half = turn_by(step / stretch);
+    band->sine = 1.0 / stretch;
+    band->share = is_exact ? 0.0 : sine_share(filter);
+    band->zero = gain_at_0(filter);
+}
+
+/* Product of a polynomial at a real z and at 1 / z: its power where the sine is above 1. */
+static double power_beyond(const double c[], uint32_t count, double z)
+{
+    const uint32_t order = davar_filter_order(c, count - 1U);
+    double at = 0.0;
+    double at_inverse = 0.0;
+    if (is_zero(c[order])) {
+        return 1.0;
+    }
+    for (uint32_t k = 0U; k <= order; k++) {
+        at = (at * z) + c[order - k];
+        at_inverse = (at_inverse / z) + c[order - k];
+    }
+    return at * at_inverse;
+}
+
+/* Power gain of the coefficients where the sine of half the angle is `sine`. */
+static double gain_by_sine(const davar_filter_t *filter, double sine)
+{
+    const double square = squared(sine);
+    if (square <= 1.0) {
+        return ratio_of(filter, (complex_t){davar_root(1.0 - square), sine});
+    }
+    const double cosine = 1.0 - (2.0 * square); /* of the angle, below -1 */
+    const double z = cosine + davar_root(squared(cosine) - 1.0);
+    const double ratio = power_beyond(filter->b, DAVAR_FILTER_ZEROS + 1U, z) /
+                         power_beyond(filter->a, DAVAR_FILTER_POLES + 1U, z);
+    return (ratio > 0.0) ? ratio : 0.0; /* a single zero at half the rate changes its sign */
+}
+
+double davar_band_next(band_t *band)
+{
+    const davar_filter_t *const filter = band->filter;
+    double gain = ratio_of(filter, band->half.now);
+    if (band->share > 0.0) {
+        const double by_sine = gain_by_sine(filter, band->sine * band->exact.now.im);
+        gain += band->share * (by_sine - gain);
+    }
+    const double averaged = (filter->averages > 0U) ? averaging(filter, band->exact.now) : 1.0;
+    turn_on(&band->half);
+    turn_on(&band->exact);
+    return gain * averaged / band->zero;
+}
+
+DAVAR_RARE void davar_filter_scatter(const davar_filter_t *filter, double *variance, double *step)
+{
+    const uint32_t points = davar_band_points(filter, 1.0);
+    band_t band;
+    turn_t half = turn_by(SPECTRUM_PI / (2.0 * (double)points));
+    davar_band_start(&band, filter, points, 1.0);
+    *variance = 0.0;
+    *step = 0.0;
+    for (uint32_t p = 0U; p < points; p++) {
+        const double share = davar_band_next(&band) / (double)points;
+        *variance += share;
+        *step += share * 2.0 * squared(half.now.im);
+        turn_on(&half);
+    }
+}
+
+/* --- what is public --- */
+
+bool davar_filter_passes_all(const davar_filter_t *filter)
+{
+    return (davar_filter_order(filter->b, DAVAR_FILTER_ZEROS) == 0U) &&
+           (davar_filter_order(filter->a, DAVAR_FILTER_POLES) == 0U) && (filter->averages == 0U);
+}
+
+static bool is_in(double low, double value, double high)
+{
+    return (value >= low) && (value <= high);
+}
+
+/* Coefficients that are finite, stable, soon forgotten, and pass frequency 0. */
+static bool are_coefficients(const davar_filter_t *filter)
+{
+    const uint32_t zeros = davar_filter_order(filter->b, DAVAR_FILTER_ZEROS);
+    const bool has_b = (zeros > 0U) || !is_zero(filter->b[0]);
+    const bool has_a = (davar_filter_order(filter->a, DAVAR_FILTER_POLES) > 0U);
+    double sizes = 0.0;
+    for (uint32_t k = 0U; k <= DAVAR_FILTER_ZEROS; k++) {
+        sizes += (filter->b[k] < 0.0) ? -filter->b[k] : filter->b[k];
+    }
+    for (uint32_t k = 1U; k <= DAVAR_FILTER_POLES; k++) {
+        if (!is_in(-1e6, filter->a[k], 1e6)) {
+            return false;
+        }
+    }
+    if (!is_in(0.0, sizes, 1e9) || (has_b && !(sizes >= 1e-9)) || (has_a && !has_b) ||
+        !(has_a ? is_in(1.0, filter->a[0], 1.0)
+                : (is_in(0.0, filter->a[0], 0.0) || is_in(1.0, filter->a[0], 1.0)))) {
+        return false;
+    }
+    const double zero = power_of(filter->b, DAVAR_FILTER_ZEROS + 1U, (complex_t){1.0, 0.0});
+    return !has_b || ((memory_of(filter) > 0U) && (zero > (PASSED_LEAST * squared(sizes))));
+}
+
+DAVAR_RARE bool davar_filter_is_valid(const davar_filter_t *filter)
+{
+    const bool is_summed = (filter->summed > 1U);
+    return are_coefficients(filter) && is_in(0.0, filter->uncertainty, 0.5) &&
+           is_in(0.0, filter->level, 0.5) && (filter->averages <= 8U) &&
+           ((filter->averages == 0U) || (filter->length >= 1U)) &&
+           (((uint32_t)filter->averages * filter->length) <= DAVAR_FILTER_SPAN) &&
+           (!is_summed || (is_in(1e-9, filter->count_variance, 1e9) &&
+                           is_in(0.0, filter->count_step, 2.0 * filter->count_variance)));
+}
+
 void davar_filter_assert(const davar_filter_t *filter)
 {
-    DAVAR_ASSERT(filter->poles <= 2U);
-    DAVAR_ASSERT((filter->poles == 0U) || (filter->cutoff >= 0.002));
-    DAVAR_ASSERT((filter->poles == 0U) || (filter->cutoff <= (2.0 * filter_decimation(filter))));
-    DAVAR_ASSERT((filter->uncertainty >= 0.0) && (filter->uncertainty <= 0.5));
-    DAVAR_ASSERT((filter->averages == 0U) || (filter->length >= 1U));
-    DAVAR_ASSERT((filter->averages == 0U) || (filter->length <= 4096U));
-    DAVAR_ASSERT(filter->averages <= 8U);
-    DAVAR_ASSERT(((double)filter->averages * (double)filter->length) <=
-                 ((double)DAVAR_FILTER_SPAN_MOST * filter_decimation(filter)));
-    DAVAR_ASSERT((filter->summed <= 1U) || (filter->averages == 1U));
-    DAVAR_ASSERT((filter->summed <= 1U) || (filter->length == filter->summed));
-    DAVAR_ASSERT((filter->summed <= 1U) || (filter->decimation == filter->summed));
+    DAVAR_ASSERT(davar_filter_is_valid(filter));
     (void)filter;
 }
 
 DAVAR_RARE double davar_filter_power(const davar_filter_t *filter, double frequency)
 {
-    band_t band;
-    double zero[3];
-    double s[3];
     davar_filter_assert(filter);
     DAVAR_ASSERT((frequency >= 0.0) && (frequency <= 0.5));
-    davar_band_start(filter, &band);
-    davar_band_spectra(&band, (complex_t){1.0, 0.0}, zero);
-    davar_band_spectra(
-        &band, davar_exponential((complex_t){0.0, SPECTRUM_PI * frequency / band.decimation}), s);
-    return s[0] / zero[0];
+    return davar_filter_gain(filter, davar_exponential((complex_t){0.0, SPECTRUM_PI * frequency})) /
+           gain_at_0(filter);
 }

@@ -11,7 +11,7 @@
 /* The covariance and whitening include rounding to counts of a sixth of the scatter of a sample. */
 #define SPECTRUM_COUNTS 6.0
 
-/* Step of the cutoff for the derivative of the gains, and its natural logarithm. */
+/* Step of the frequency axis for the derivative of the gains, and its natural logarithm. */
 #define SPECTRUM_STEP 1.05
 #define SPECTRUM_LOG_STEP 0.0487901641694320031
 
@@ -33,36 +33,8 @@ static inline double squared(double x)
 /* e^z for |z| below 16: a series near 0, then squared. */
 complex_t davar_exponential(complex_t z);
 
-/* Samples of the filter from one that davar gets to the next. */
-static inline double filter_decimation(const davar_filter_t *filter)
-{
-    return (filter->decimation > 1U) ? (double)filter->decimation : 1.0;
-}
-
-/* One low-pass: the pole of its sampled autocovariance Re(w z^|lag|). */
-typedef struct {
-    complex_t z;
-    double w; /* w = 1 - i w */
-} pole_t;
-
-/* The filter at three cutoffs: as declared, and SPECTRUM_STEP above and below. */
-typedef struct {
-    const davar_filter_t *filter;
-    pole_t pole[3];
-    double decimation;
-    uint32_t aliases;
-    complex_t alias; /* half the angle between two aliases */
-} band_t;
-
-/* Prepares a filter, which must stay valid as long as the band. */
-void davar_band_start(const davar_filter_t *filter, band_t *band);
-
-/* Power spectra of the samples that the filter makes of white noise, aliases included. `half`: half
- * the angle of the frequency, over the decimation. */
-void davar_band_spectra(const band_t *band, complex_t half, double s[3]);
-
-/* The points between two frequencies of the grid; it resolves this many samples. */
-uint32_t davar_band_points(double samples, const davar_filter_t *filter);
+/* Index of the last coefficient that is not 0; 0 if there is none. */
+uint32_t davar_filter_order(const double c[], uint32_t most);
 
 /* An angle that advances by equal steps, beginning at half a step. */
 typedef struct {
@@ -81,7 +53,37 @@ static inline void turn_on(turn_t *turn)
     turn->now = complex_times(turn->now, turn->step);
 }
 
-/* Asserts that the fields are in their ranges. */
+/* The power spectrum at equal steps of the frequency, over that at 0. */
+typedef struct {
+    const davar_filter_t *filter;
+    turn_t half;  /* half the angle, stretched */
+    turn_t exact; /* ... not stretched, as for the averages */
+    double sine;  /* by which its sine is stretched */
+    double share; /* of the spectrum with the stretched sine */
+    double zero;
+} band_t;
+
+/* Begins at half of the first of `points` steps up to half the sample rate. `stretch`: factor of
+ * the frequency axis of the coefficients. The filter must stay valid as long as the band. */
+void davar_band_start(band_t *band, const davar_filter_t *filter, uint32_t points, double stretch);
+
+/* The spectrum at this frequency. Moves on to the next. */
+double davar_band_next(band_t *band);
+
+/* The steps up to half the sample rate that resolve this many samples, and the filter. */
+uint32_t davar_band_points(const davar_filter_t *filter, double samples);
+
+/* Power gain of the coefficients and averages at half the angle, not over that at 0. */
+double davar_filter_gain(const davar_filter_t *filter, complex_t half);
+
+/* Is a sample a sample of the noise? */
+bool davar_filter_passes_all(const davar_filter_t *filter);
+
+/* Means over the frequencies, for white noise of density 1: the variance of a sample, and half the
+ * mean square of the difference of two successive ones. */
+void davar_filter_scatter(const davar_filter_t *filter, double *variance, double *step);
+
+/* Asserts that the filter is valid. */
 void davar_filter_assert(const davar_filter_t *filter);
 
 #endif

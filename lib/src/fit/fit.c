@@ -117,7 +117,10 @@ static void fit_window(davar_plan_t *plan, double rate_hz, davar_result_t *resul
     }
     davar_mixture_t model = {.plan = plan, .data = result, .end = plan->count};
     davar_mixture_fit(&model, davar_scaled_to_double(white.sum), white.suspects);
-    if (davar_mixture_is_filtered(&model)) {
+    if (davar_mixture_is_filtered(&model) && white.repeats) {
+        write_terms(&model, DAVAR_QUANTIZATION, rate_hz, result);
+        davar_write_coarse(plan, result->coefficient[WHITE].high, result);
+    } else if (davar_mixture_is_filtered(&model)) {
         davar_write_unlimited(plan, DAVAR_NOISE_FILTERED, result);
     } else {
         result->noise = DAVAR_NOISE_MIXED;

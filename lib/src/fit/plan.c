@@ -13,6 +13,9 @@
 /* Sizes that are nearly equal make the covariance singular. This share of its diagonal is added. */
 #define RIDGE 1e-4
 
+/* The gains of an uncertain filter do not change linearly: a quarter more variance (5.16). */
+#define AXIS_MARGIN 1.25
+
 /* Noise is hidden below this share of what rounding could hide. If it were 1, half a count would be
  * reported where its random fluctuation exceeds it, with a mean 4 % too high (5.15). */
 #define NEARLY 0.94
@@ -173,6 +176,17 @@ static double rounding_in(const davar_plan_t *plan, const double functional[])
     return sum;
 }
 
+/* The largest size of an amplitude that errors of up to 1 in the rounding of each size can have. */
+static double rounding_most(const davar_plan_t *plan, const double functional[])
+{
+    double sum = 0.0;
+    for (int t = 0; t < plan->count; t++) {
+        const double size = (functional[t] < 0.0) ? -functional[t] : functional[t];
+        sum += size / (double)plan->gain[t];
+    }
+    return sum;
+}
+
 static double offset_in(const davar_plan_t *plan, const double functional[])
 {
     double sum = 0.0;
@@ -195,6 +209,7 @@ static void plan_amplitude(davar_plan_t *plan, int term, double functional[], do
     }
     plan_variance(plan, term, functional, share);
     plan->scale[term] = (float)scale;
+    plan->rounding_most[term] = (float)rounding_most(plan, functional);
     const float per_share = (float)centre * plan->scale[term];
     const float most = (per_share < DAVAR_FIT_CENTRE_MOST) ? per_share : DAVAR_FIT_CENTRE_MOST;
     plan->centre[term] = (most > DAVAR_FIT_CENTRE_LEAST) ? most : DAVAR_FIT_CENTRE_LEAST;
@@ -209,8 +224,10 @@ static void plan_white(davar_plan_t *plan, double constant[], double share)
     plan_variance(plan, WHITE, constant, share);
     plan->white_bits = (exponent > 1023U) ? (uint8_t)(exponent - 1023U) : 0U;
     store(constant, plan->count, (scale > 1.0) ? scale : 1.0, plan->functional[WHITE]);
+    plan->rounding_most[WHITE] = (float)rounding_most(plan, constant);
     const double offset = offset_in(plan, constant);
-    plan->offset_variance[WHITE] = (float)(offset * offset);
+    const double level = (double)plan->level;
+    plan->offset_variance[WHITE] = (float)((AXIS_MARGIN * offset * offset) + (level * level));
     plan->scale[WHITE] = 1.0F;
     plan->centre[WHITE] = 0.0F;
 }
@@ -234,11 +251,12 @@ static double misfit_spread(const davar_plan_t *plan)
 static void plan_taus(davar_plan_t *plan, const double constant[])
 {
     const double common = offset_in(plan, constant);
+    const double level = (double)plan->level;
     for (int t = 0; t < plan->count; t++) {
         const double gain = (double)plan->gain[t];
         const double offset = (double)plan->offset[t] - common;
         plan->to_white[t] = (float)((double)plan->m[t] / gain);
-        plan->doubtful[t] = (float)(0.5 * offset * offset);
+        plan->doubtful[t] = (float)(0.5 * ((offset * offset) + (level * level)));
         const double inverse = (double)(UINT32_C(1) << DAVAR_FIT_GAIN_BITS) / gain + 0.5;
         plan->inverse_gain[t] = (inverse < 4294967295.0) ? (uint32_t)inverse : UINT32_MAX;
     }
@@ -247,9 +265,8 @@ static void plan_taus(davar_plan_t *plan, const double constant[])
 /* Rounding over white noise from which it hides it (5.15). */
 static uint32_t coarse_from(const davar_plan_t *plan)
 {
-    const double least = NEARLY * (double)plan->hidden;
-    const double hides = plan->rounding_variance / (least * least); /* at most 0.41 */
-    return (uint32_t)(hides * (double)(UINT32_C(1) << NOISE_BITS));
+    const double hides = (double)plan->sample / (3.0 * NEARLY * NEARLY); /* 0.38 without a filter */
+    return (uint32_t)(((hides < 2.0) ? hides : 2.0) * (double)(UINT32_C(1) << NOISE_BITS));
 }
 
 /* Degrees of freedom per effective difference. */

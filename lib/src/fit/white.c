@@ -83,6 +83,26 @@ static scaled_t rounding_part(const davar_plan_t *plan, const davar_white_t *whi
                                  : none;
 }
 
+/* By how much rounding may differ from white noise at any size: twice the sum of the correlations
+ * of its errors, at most 2 / (e^x - 1), times its variance (5.15). */
+static scaled_t rounding_doubt(const davar_plan_t *plan, const davar_white_t *white)
+{
+    const scaled_t none = {0U, SCALED_ZERO};
+    if ((davar_bits_of_float(plan->step) == 0U) || (white->rounding.mantissa == 0U)) {
+        return none;
+    }
+    const scaled_t one = scaled_of_u32(1U, 0);
+    const scaled_t x =
+        scaled_times(scaled_of_float(plan->step), scaled_quotient(white->square, white->rounding));
+    const scaled_t quarter = scaled_times(x, scaled_of_u32(1U, -2));
+    const scaled_t third = scaled_times(x, scaled_of_u32(0x55555555U, -32));
+    const scaled_t half = scaled_times(x, scaled_of_u32(1U, -1));
+    const scaled_t cubic =
+        davar_scaled_plus(one, scaled_times(third, davar_scaled_plus(one, quarter)));
+    const scaled_t over = scaled_times(x, davar_scaled_plus(one, scaled_times(half, cubic)));
+    return scaled_times(white->rounding, scaled_times(scaled_of_u32(2U, 0), scaled_inverse(over)));
+}
+
 /* White noise, and the reciprocal for shares. */
 static void fit_amplitude(const davar_plan_t *plan, davar_white_t *white)
 {
@@ -90,6 +110,7 @@ static void fit_amplitude(const davar_plan_t *plan, davar_white_t *white)
     const uint64_t square = (found > (int64_t)AMPLITUDE_LEAST) ? (uint64_t)found : AMPLITUDE_LEAST;
     const int32_t unit = white->exponent - (int32_t)DAVAR_FIT_FUNCTIONAL_BITS;
     white->square = scaled_of_u64(square, unit + (int32_t)plan->white_bits);
+    white->doubt = rounding_doubt(plan, white);
     white->sum = davar_scaled_plus(white->square, rounding_part(plan, white));
     const int32_t above = unit + 32 - white->sum.exponent;
     const int32_t spare = 63 - (int32_t)(SUM_SPARE + DAVAR_FIT_SHARE_BITS);
@@ -110,9 +131,44 @@ static uint32_t share_of(const davar_white_t *white, uint64_t sum)
     return (share <= (UINT32_MAX >> white->lost)) ? (share << white->lost) : UINT32_MAX;
 }
 
+/* A part of `sum` as a fraction with so many bits. */
+static uint32_t of_sum(const davar_white_t *white, scaled_t part, int32_t bits)
+{
+    return davar_scaled_to_fixed(scaled_times(part, white->inverse_sum), bits);
+}
+
 static uint32_t times_sigma(uint32_t quarters, uint32_t sigma)
 {
     return (quarters * sigma) >> 2U; /* sigma is at most 2^26 */
+}
+
+/* The share of a term that rounding may look like, because it is not white. */
+static uint32_t rounded_share(const davar_plan_t *plan, const davar_white_t *white, int term,
+                              int32_t bits)
+{
+    if (white->doubt.mantissa == 0U) {
+        return 0U;
+    }
+    const scaled_t most = scaled_of_float(plan->rounding_most[term]);
+    const uint32_t share = of_sum(white, scaled_times(white->doubt, most), bits);
+    return (share < SCALED_TOP) ? share : SCALED_TOP;
+}
+
+/* The share of a term from which it is significant. */
+static uint32_t significant(const davar_plan_t *plan, const davar_white_t *white, int term)
+{
+    return times_sigma(DAVAR_FIT_THRESHOLD_QUARTERS, plan->sigma[term]) +
+           rounded_share(plan, white, term, (int32_t)DAVAR_FIT_SHARE_BITS);
+}
+
+/* Does the shortest size scatter by no more than twice the rounding and the noise that it hides?
+ * Otherwise N^2 is small because another term lowers it, where a filter makes weights negative. */
+static bool is_within_counts(const davar_plan_t *plan, const davar_white_t *white)
+{
+    const uint32_t most = davar_scaled_to_fixed(white->rounding, 1 - white->exponent);
+    const uint32_t found = white->y[0].mantissa;
+    const uint32_t rounded = white->rounded[0];
+    return (found <= rounded) || (noise_times(found - rounded, plan->coarse) <= most);
 }
 
 /* The shares of all terms, which of them are significant (5.7), and by how much the short cluster
@@ -121,6 +177,10 @@ static void fit_shares(const davar_plan_t *plan, davar_white_t *white)
 {
     white->suspects = 0U;
     white->lack = 0U;
+    white->repeats =
+        is_within_counts(plan, white) &&
+        (rounded_share(plan, white, DAVAR_QUANTIZATION, (int32_t)DAVAR_FIT_SHARE_BITS) >
+         times_sigma(DAVAR_FIT_THRESHOLD_QUARTERS, plan->sigma[DAVAR_QUANTIZATION]));
     for (int k = 0; k < TERMS; k++) {
         if (k != WHITE) {
             const int64_t sum = amplitude(plan, white, k);
@@ -130,7 +190,7 @@ static void fit_shares(const davar_plan_t *plan, davar_white_t *white)
             if ((k == DAVAR_QUANTIZATION) && (sum < 0)) {
                 white->lack = share;
             }
-            if (white->share[k] > times_sigma(DAVAR_FIT_THRESHOLD_QUARTERS, plan->sigma[k])) {
+            if (white->share[k] > significant(plan, white, k)) {
                 white->suspects |= 1U << (unsigned)k;
             }
         }
@@ -140,26 +200,21 @@ static void fit_shares(const davar_plan_t *plan, davar_white_t *white)
 /* Do the short cluster sizes read low, as after a filter that the plan does not know? */
 static bool lacks(const davar_plan_t *plan, const davar_white_t *white)
 {
-    return white->lack > times_sigma(DAVAR_FIT_THRESHOLD_QUARTERS, plan->sigma[DAVAR_QUANTIZATION]);
-}
-
-/* A part of `sum` as a fraction with so many bits. */
-static uint32_t of_sum(const davar_white_t *white, scaled_t part, int32_t bits)
-{
-    return davar_scaled_to_fixed(scaled_times(part, white->inverse_sum), bits);
+    return white->lack > significant(plan, white, DAVAR_QUANTIZATION);
 }
 
 /* |y - N^2| over N^2 and the rounding at this size, with which y scatters (5.15), as a share.
- * `own`: N^2 as a share. `more`: by how much that divisor exceeds `sum`, in units of y, modulo
+ * `own`: N^2 as a share. `free`: what rounding explains. `more`: by how much that divisor exceeds `sum`, in units of y, modulo
  * 2^32. Within `near` of 0, the division changes nothing that matters and is skipped. */
-static uint32_t deviation(const davar_white_t *white, int t, uint32_t own, uint32_t more,
-                          uint32_t near)
+static uint32_t deviation(const davar_white_t *white, int t, uint32_t own, uint32_t free,
+                          uint32_t more, uint32_t near)
 {
     const uint64_t y = white->y[t].mantissa;
     const uint32_t share = share_of(white, y << DAVAR_FIT_FUNCTIONAL_BITS);
     const uint32_t excess = ((share < SHARE_MOST) ? share : SHARE_MOST) - own; /* modulo 2^32 */
     const uint32_t sign = 0U - (excess >> 31U);
-    const uint32_t size = (excess ^ sign) - sign;
+    const uint32_t apart = (excess ^ sign) - sign;
+    const uint32_t size = (apart > free) ? (apart - free) : 0U;
     if ((more + near) <= (2U * near)) {
         return size;
     }
@@ -176,9 +231,12 @@ static bool explains(const davar_plan_t *plan, const davar_white_t *white)
     const uint32_t own = of_sum(white, white->square, (int32_t)DAVAR_FIT_SHARE_BITS);
     const uint32_t sum = davar_scaled_to_fixed(white->sum, -white->exponent);
     const uint32_t rest = davar_scaled_to_fixed(white->square, -white->exponent) - sum;
+    const uint32_t doubt = of_sum(white, white->doubt, (int32_t)DAVAR_FIT_SHARE_BITS);
     uint64_t misfit = 0U;
     for (int t = 0; t < plan->count; t++) {
-        const uint32_t size = deviation(white, t, own, rest + white->rounded[t], sum >> NEAR_SHIFT);
+        const uint32_t free = rounded_at(plan, doubt, t);
+        const uint32_t size =
+            deviation(white, t, own, free, rest + white->rounded[t], sum >> NEAR_SHIFT);
         const uint32_t errors =
             (uint32_t)(davar_multiply_u32(size, plan->root_edf[t]) >> (DAVAR_FIT_SHARE_BITS + 7U));
         misfit += davar_multiply_u32(errors, errors);
@@ -337,10 +395,12 @@ static void white_present(const davar_plan_t *plan, const davar_white_t *white, 
         noise_times(lowest, plan->coarse) > of_sum(white, white->rounding, NOISE_BITS);
     const uint32_t noise = is_low ? lowest : (CENTRE_ONE - share);
     const uint32_t margin = rounding_margin(plan, white, share, noise);
-    const uint32_t left = (noise > margin) ? (noise - margin) : 1U;
+    const uint32_t off = margin + rounded_share(plan, white, WHITE, NOISE_BITS);
+    const uint32_t left = (noise > off) ? (noise - off) : 1U;
     const uint32_t less = (share - margin) >> ((uint32_t)NOISE_BITS - DAVAR_FIT_SHARE_BITS);
     const uint32_t square =
-        davar_scaled_to_fixed(scaled_times(high, high), (int32_t)DAVAR_FIT_SHARE_BITS) - less;
+        davar_scaled_to_fixed(scaled_times(high, high), (int32_t)DAVAR_FIT_SHARE_BITS) - less +
+        rounded_share(plan, white, WHITE, (int32_t)DAVAR_FIT_SHARE_BITS);
     const double low =
         in_unit(plan, WHITE, scaled_times(root, root_of_share(left, (uint32_t)NOISE_BITS)));
     coefficient->present = true;
@@ -394,14 +454,26 @@ static void write_nothing(davar_result_t *result)
     davar_absent_coefficients(result);
 }
 
-/* Does the shortest size scatter by no more than twice the rounding and the noise that it hides?
- * Otherwise N^2 is small because another term lowers it, where a filter makes weights negative. */
-static bool is_within_counts(const davar_plan_t *plan, const davar_white_t *white)
+/* Is there less than half a count? */
+static bool is_hidden(const davar_plan_t *plan, const davar_white_t *white)
 {
-    const uint32_t most = davar_scaled_to_fixed(white->rounding, 1 - white->exponent);
-    const uint32_t found = white->y[0].mantissa;
-    const uint32_t rounded = white->rounded[0];
-    return (found <= rounded) || (noise_times(found - rounded, plan->coarse) <= most);
+    return of_sum(white, white->rounding, NOISE_BITS) >=
+           noise_times(of_sum(white, white->square, NOISE_BITS), plan->coarse);
+}
+
+/* Are so many rounding errors equal to the one before that they may be a quarter of N^2? */
+static bool is_repeated(const davar_plan_t *plan, const davar_white_t *white)
+{
+    return rounded_share(plan, white, WHITE, NOISE_BITS) > (CENTRE_ONE / 4U);
+}
+
+static void write_hidden(const davar_plan_t *plan, const davar_white_t *white,
+                         davar_result_t *result)
+{
+    const scaled_t doubt = scaled_times(white->doubt, scaled_of_float(plan->rounding_most[WHITE]));
+    const scaled_t most = davar_scaled_root(davar_scaled_plus(white->sum, doubt));
+    davar_write_coarse(
+        plan, in_unit(plan, WHITE, scaled_times(most, scaled_of_float(plan->white_high))), result);
 }
 
 /* davar_white_suffices with a plan that is up to date. */
@@ -416,19 +488,21 @@ static bool suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result,
     }
     fit_amplitude(plan, white);
     davar_plan_rate(plan, rate_hz);
-    if (of_sum(white, white->rounding, NOISE_BITS) >=
-        noise_times(of_sum(white, white->square, NOISE_BITS), plan->coarse)) {
+    fit_shares(plan, white);
+    if (is_hidden(plan, white)) {
         white->suspects = 0U;
         if (!is_within_counts(plan, white)) {
             return false;
         }
-        const scaled_t high =
-            scaled_times(davar_scaled_root(white->sum), scaled_of_float(plan->white_high));
-        davar_write_coarse(plan, in_unit(plan, WHITE, high), result);
+        write_hidden(plan, white, result);
         return true;
     }
-    fit_shares(plan, white);
-    if (lacks(plan, white) && (!plan->declared || (white->suspects == 0U))) {
+    const bool filtered = lacks(plan, white) && (!plan->declared || (white->suspects == 0U));
+    if ((is_repeated(plan, white) && (white->suspects == 0U)) || (filtered && white->repeats)) {
+        write_hidden(plan, white, result);
+        return true;
+    }
+    if (filtered) {
         davar_write_unlimited(plan, DAVAR_NOISE_FILTERED, result);
         return true;
     }

@@ -28,6 +28,7 @@ typedef struct {
     uint32_t rounded[DAVAR_TAUS_MAX]; /* what rounding had in y */
     int32_t exponent;
     scaled_t rounding; /* variance of rounding of a sample */
+    scaled_t doubt;    /* by how much rounding may differ from white noise of that variance */
     scaled_t square;   /* N^2 of a sample */
     scaled_t sum;      /* ... with the rounding that scatters with it: 1 of a share */
     scaled_t inverse_sum;
@@ -36,6 +37,7 @@ typedef struct {
     uint32_t share[DAVAR_COEFFICIENT_COUNT]; /* amplitude over sum in plan->scale; 0: none */
     unsigned suspects;                       /* bit k: term k is significant (5.7) */
     uint32_t lack;                           /* by which the short sizes read low, a share (5.17) */
+    bool repeats; /* rounding errors repeat so much that short sizes prove no other filter (5.15) */
 } davar_white_t;
 
 /* Writes the result if white noise explains the window or the window shows nothing, and returns

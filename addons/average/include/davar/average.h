@@ -3,8 +3,8 @@
  *
  * Adds the counts of each block of n samples, and davar gets the sums: an 8 kHz gyro becomes a
  * stream of 1 kHz. Nothing is rounded, so coarse counts keep their resolution. Push the sums with
- * davar_push_q31, with rate_hz and unit_per_count divided by n, and declare DAVAR_SUM(n)
- * (davar/filter.h) together with the low-pass of the gyro.
+ * davar_push_q31, with rate_hz and unit_per_count divided by n, and declare the low-pass of the
+ * gyro and then davar_filter_sum(&filter, n) (davar/filter.h).
  *
  * Threads: one davar_average_t belongs to one thread or interrupt. */
 #ifndef DAVAR_AVERAGE_H

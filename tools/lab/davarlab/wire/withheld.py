@@ -14,7 +14,7 @@ REASONS = {
     "finer count (a smaller range, or more bits). Content intervals also sends the upper limit",
     "filtered": "the short cluster sizes read low, as after a low-pass that is not declared, or "
     "they contradict the declared one. Give the gyro's bandwidth (data sheet: LPF, -3 dB) to the "
-    "sender: --bandwidth HZ[:ORDER] (davar-sim, davar-node), or DAVAR_LOW_PASS and "
+    "sender: --bandwidth HZ[:ORDER] (davar-sim, davar-node), or davar_filter_low_pass and "
     "davar_plan_init_filtered in firmware. davar-sim --bandwidth auto learns it from a recording "
     "at rest. For samples without a filter: --bandwidth none, or davar_plan_init_white",
 }
