@@ -55,10 +55,9 @@ DAVAR_PYTHON_API bool davar_python_model(davar_python_t *run, const uint32_t *m,
 /* Learns the filter from all admitted values of a record, for the option --bandwidth auto, which
  * start() otherwise takes as an unknown filter. ends: the ascending ends of the runs without a gap
  * inside; the last is `count`. option: what was found as a value of --bandwidth, "" if unknown,
- * with room for `size` bytes (64). Call it before start. False: out of memory. */
+ * with room for `size` bytes (512). Call it before start. False: out of memory. */
 DAVAR_PYTHON_API bool davar_python_learn(davar_python_t *run, const double *values, size_t count,
-                                         const size_t *ends, double rate_hz, char *option,
-                                         size_t size);
+                                         const size_t *ends, char *option, size_t size);
 
 /* Starts the instance. low, high: range of all admitted values of the run. They set the scale if no
  * option does. */

@@ -15,6 +15,7 @@
 #define CORNER_MOST 0.3  /* angle from which on a drift is below the white noise */
 #define FLAT_BIN 3U      /* up to here a filter is flat: what changes below is a drift, or unseen */
 #define UNSEEN_MOST 0.25 /* ln of its gain there */
+#define PEAK_MOST 1.6    /* power gain, over that at 0 */
 #define CONVERGED 1e-7   /* of the loss */
 #define STRANGERS 6U     /* starts anywhere */
 #define SEEDS 6U         /* starts at a low-pass */
@@ -251,7 +252,8 @@ static void improve(const arma_data_t *data, arma_t *model)
         make_normal(data, numbers, spectrum, slope, &normal);
         free_drifts(model, numbers, &normal);
         const double before = model->loss;
-        for (bool better = false; !better && (damp < DAMP_MOST); damp *= better ? 0.2 : 5.0) {
+        bool better = false;
+        while (!better && (damp < DAMP_MOST)) {
             normal_t damped = normal;
             arma_t next;
             if (solve(&damped, numbers, damp)) {
@@ -260,6 +262,7 @@ static void improve(const arma_data_t *data, arma_t *model)
                 better = (next.loss < before);
                 *model = better ? next : *model;
             }
+            damp *= better ? 0.2 : 5.0;
         }
         damp = fmax(damp, DAMP_LEAST);
         if (!(before - model->loss > CONVERGED * (1.0 + fabs(before)))) {
@@ -275,17 +278,25 @@ static void improve(const arma_data_t *data, arma_t *model)
 
 /* --- where a search begins --- */
 
-/* Is the filter flat over the first bins? */
-static bool is_resolved(const arma_data_t *data, const arma_t *model)
+/* Is the filter flat over the first bins, soon forgotten, and without a resonance, which is a
+ * vibration? */
+static bool is_low_pass(const arma_data_t *data, const arma_t *model)
 {
     const ratio_t ratio = ratio_of(model);
-    return fabs(log(gain_of(&ratio, data->bin[FLAT_BIN].angle))) < UNSEEN_MOST;
+    davar_filter_t filter;
+    double most = 0.0;
+    arma_filter(model, &filter);
+    for (size_t i = 0U; i < data->count; i++) {
+        most = fmax(most, gain_of(&ratio, data->bin[i].angle));
+    }
+    return (most < PEAK_MOST) && davar_filter_is_valid(&filter) &&
+           (fabs(log(gain_of(&ratio, data->bin[FLAT_BIN].angle))) < UNSEEN_MOST);
 }
 
 static void try_from(const arma_data_t *data, arma_t *start, arma_t *best)
 {
     improve(data, start);
-    if ((start->loss < best->loss) && is_resolved(data, start)) {
+    if ((start->loss < best->loss) && is_low_pass(data, start)) {
         *best = *start;
     }
 }
@@ -347,6 +358,7 @@ arma_t arma_steady(const arma_data_t *data, const arma_t *model)
     steady.number[1] = 0.0;
     steady.number[2] = 0.0;
     improve(data, &steady);
+    steady.loss = is_low_pass(data, &steady) ? steady.loss : HUGE_VAL;
     return steady;
 }
 

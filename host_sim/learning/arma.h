@@ -39,7 +39,7 @@ typedef struct {
  * search begins too; not read for order 0. */
 void arma_fit(const arma_data_t *data, unsigned order, const arma_t *fewer, arma_t *best);
 
-/* The same model without drifts, fitted again. */
+/* The same model without drifts, fitted again; its loss is infinite if it is no low-pass. */
 arma_t arma_steady(const arma_data_t *data, const arma_t *model);
 
 /* The spectrum of the model at an angle, with rounding, where a known part has this gain. */

@@ -42,9 +42,10 @@
 
 #define LEVEL_MOST 0.1 /* standard uncertainty of ARW that is worth declaring */
 
-#define LINE_REACH ((size_t)15) /* ordinates on each side that a line is compared with */
-#define LINE_SIGMAS 5.0         /* by which it exceeds its neighbours */
-#define LINE_EXCESS 1.1         /* ... and the model */
+#define LINE_REACH 17U /* a line is compared with this part of the spectrum on each side */
+#define REACH_MOST (SPECTRUM_MOST / LINE_REACH)
+#define LINE_SIGMAS 5.0 /* by which it exceeds its neighbours */
+#define LINE_EXCESS 1.1 /* ... and the model */
 #define TRIMS 6U
 
 #define BAND 10U
@@ -77,18 +78,19 @@ static double model_at(const data_t *data, const arma_t *model, size_t j)
 
 static double median_around(const data_t *data, size_t j)
 {
-    double sorted[2U * LINE_REACH + 1U] = {0};
-    const size_t last = data->ordinates - (2U * LINE_REACH) - 1U;
-    size_t first = (j > FIRST + LINE_REACH) ? (j - LINE_REACH) : FIRST;
+    double sorted[2U * REACH_MOST + 1U] = {0};
+    const size_t reach = data->ordinates / LINE_REACH;
+    const size_t last = data->ordinates - (2U * reach) - 1U;
+    size_t first = (j > FIRST + reach) ? (j - reach) : FIRST;
     first = (first < last) ? first : last;
-    for (size_t i = 0; i <= 2U * LINE_REACH; i++) {
+    for (size_t i = 0; i <= 2U * reach; i++) {
         size_t at = i;
         for (; (at > 0U) && (sorted[at - 1U] > data->power[first + i]); at--) {
             sorted[at] = sorted[at - 1U];
         }
         sorted[at] = data->power[first + i];
     }
-    return sorted[LINE_REACH];
+    return sorted[reach];
 }
 
 /* Leaves out an ordinate and those that the window mixes with it. */
@@ -107,7 +109,7 @@ static void leave_lines_out(data_t *data)
     for (size_t j = 0; j < data->ordinates; j++) {
         data->used[j] = (j >= FIRST);
     }
-    for (size_t j = FIRST + LINE_REACH; j < data->ordinates; j++) {
+    for (size_t j = FIRST + (data->ordinates / LINE_REACH); j < data->ordinates; j++) {
         if (data->power[j] > most * median_around(data, j)) {
             leave_out(data, j);
         }
@@ -336,7 +338,7 @@ static learned_t judge(const data_t *data, const models_t *models, const average
     } else {
         arma_filter(best, &learned.filter);
         learned.filter.level = fmin(level_of(models), 0.5);
-        if ((learned.filter.level > LEVEL_MOST) || !davar_filter_is_valid(&learned.filter)) {
+        if (learned.filter.level > LEVEL_MOST) {
             learned.status = LEARN_VAGUE;
         }
     }

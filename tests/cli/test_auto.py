@@ -43,7 +43,7 @@ def test_each_column_has_its_own_filter(two):
     assert "gyro_x_counts: white up to half the sample rate" in white
     assert white.endswith("--bandwidth none")
     words, _, _ = filtered.partition(" Hz")
-    assert words.startswith("davar-sim: gyro_y_counts: one-pole low-pass at ")
+    assert words.startswith("davar-sim: gyro_y_counts: a filter with -3 dB at ")
     assert float(words.split()[-1]) == pytest.approx(10, abs=1)
     rows = parsed(done.stdout)
     truth = 300 * 60 / math.sqrt(100)  # of both: the filter passes the lowest frequencies

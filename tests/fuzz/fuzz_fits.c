@@ -35,12 +35,16 @@ static double coefficient(bytes_t *bytes)
 static void append_part(bytes_t *bytes)
 {
     const double cutoff = ldexp((double)word(bytes, 4U), -31); /* to 2 */
-    const uint32_t length = 1U + ((uint32_t)word(bytes, 2U) % 32U);
-    const double b[2] = {coefficient(bytes), coefficient(bytes)};
-    const double a[2] = {1.0, 0.5 * coefficient(bytes)};
+    const double first = coefficient(bytes);
+    const double second = coefficient(bytes);
+    const double pole = coefficient(bytes);
+    const double b[2] = {first, second};
+    const double a[2] = {1.0, 0.5 * pole};
+    const uint32_t length = (uint32_t)word(bytes, 2U) % 200U;
+    const uint32_t order = byte(bytes) % 10U;
     switch (byte(bytes) % 8U) {
     case 0U:
-        davar_filter_low_pass(&filter, cutoff, byte(bytes) % 4U, ldexp((double)byte(bytes), -9));
+        davar_filter_low_pass(&filter, cutoff, order % 4U, 0.003 * (double)length);
         break;
     case 1U:
         davar_filter_biquad(&filter, 0.3 * cutoff);
@@ -49,16 +53,16 @@ static void append_part(bytes_t *bytes)
         davar_filter_pt1(&filter, cutoff);
         break;
     case 3U:
-        davar_filter_notch(&filter, 0.3 * cutoff, 20.0 * cutoff);
+        davar_filter_notch(&filter, 0.3 * cutoff, 0.1 * (double)length);
         break;
     case 4U:
-        davar_filter_average(&filter, byte(bytes) % 10U, (uint32_t)word(bytes, 2U) % 200U);
+        davar_filter_average(&filter, order, length);
         break;
     case 5U:
-        davar_filter_cic(&filter, byte(bytes) % 10U, length);
+        davar_filter_cic(&filter, order, length % 33U);
         break;
     case 6U:
-        davar_filter_sum(&filter, length);
+        davar_filter_sum(&filter, length % 33U);
         break;
     default:
         davar_filter_ba(&filter, b, 2U, a, 2U);

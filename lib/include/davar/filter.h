@@ -78,7 +78,7 @@ void davar_filter_average(davar_filter_t *filter, unsigned order, unsigned lengt
 /** The same, then every `length`-th sample, 1 to 4096. */
 void davar_filter_cic(davar_filter_t *filter, unsigned order, unsigned length);
 
-/** The sums of `length` counts, 1 to 4096, that davar_average makes. It is the last part. */
+/** The sums of `length` counts, 1 to 4096, of which each is a sample. It is the last part. */
 void davar_filter_sum(davar_filter_t *filter, unsigned length);
 
 /** @} */
@@ -96,12 +96,12 @@ bool davar_filter_is_valid(const davar_filter_t *filter);
  * Cost: 100 operations in doubles, and the check. Formula (5.16). */
 double davar_filter_power(const davar_filter_t *filter, double frequency);
 
-/** Sets the whitening of law glr for a gyro with `filter`, which is valid (asserted): glr.whiten_first, whiten_second, whiten_level and whiten_tolerance. The detector
- * then keeps its rate of false alarms after the filter, and detects a change about as early as
- * without one. With a cutoff that is wrong by 20 %, false alarms are at most a third more. After a
- * narrow filter and with a sigma below five counts, it delays alarms instead: do not use it. Call
- * it before init, or copy its values into a const configuration (tools/davar-plan --bandwidth
- * prints them).
+/** Sets the whitening of law glr for a gyro with `filter`, which is valid (asserted):
+ * glr.whiten_first, whiten_second, whiten_level and whiten_tolerance. The detector then keeps its
+ * rate of false alarms after the filter, and detects a change about as early as without one. With a
+ * cutoff that is wrong by 20 %, false alarms are at most a third more. After a narrow filter and
+ * with a sigma below five counts, it delays alarms instead: do not use it. Call it before init, or
+ * copy its values into a const configuration (tools/davar-plan --bandwidth prints them).
  * Reads glr.block: set it before. Init rejects one out of range.
  * Cost: O(P (glr.block + order)) in doubles, once, with P = 64 to 16384 points.
  * Formula (10.16). */

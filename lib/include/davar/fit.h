@@ -91,9 +91,11 @@ void davar_plan_init(davar_plan_t *plan, const uint32_t *m, uint8_t count);
 #define davar_plan_init_white DAVAR_SIZED(davar_plan_init_white)
 void davar_plan_init_white(davar_plan_t *plan, const uint32_t *m, uint8_t count);
 
-/** The same for a gyro with `filter`, whose fields are in their ranges (asserted). The angle
- * random walk is then that of the gyro before the filter.
- * Cost: O(P T^2) in doubles, once, with P = 4 m[last], at least 4 / cutoff, at most 16384 points.
+/** The same for a gyro with `filter`, which is valid (asserted). The angle random walk is then that
+ * of the samples at long cluster times, where no filter changes it. Behind an analogue low-pass that
+ * is sampled, it includes the noise that is aliased. That of the gyro is lower by the root of x coth
+ * x with x = pi cutoff for one pole, for example by 9 % at a cutoff of 0.25 of the rate.
+ * Cost: O(P T^2) in doubles, once, with P = 4 m[last], 64 to 16384 points.
  * Formula (5.16). */
 #define davar_plan_init_filtered DAVAR_SIZED(davar_plan_init_filtered)
 void davar_plan_init_filtered(davar_plan_t *plan, const uint32_t *m, uint8_t count,

@@ -6,10 +6,9 @@
 /* Frequencies of the spectrum whose autocovariance is read: twice the lags that can be there. */
 #define CIRCLE (2U * (DAVAR_FILTER_ZEROS + 1U))
 
-/* Zeros after decimation: the factor takes so many equations. */
-#define ZEROS 15U
+#define ZEROS 15U /* after decimation, at most */
 
-#define ROUNDS 60U /* of Newton's method: a zero on the circle takes one for each bit */
+#define ROUNDS 1000U /* rows of a factor; a zero of size r is wrong by r^2000 */
 
 /* --- poles --- */
 
@@ -76,61 +75,29 @@ static void fold(const davar_filter_t *before, const davar_filter_t *poles, uint
     }
 }
 
-/* Solves for one step of Newton's method: b_i x_(i+j) + b_(i+j) x_i, summed over i, is right[j]. */
-static void solve(const double b[], uint32_t zeros, double right[])
+/* The numerator of an autocovariance whose zeros are within the circle: the rows of the Cholesky
+ * factor of its matrix converge to it, after Bauer 1955. */
+static void factor_lags(const double lag[], uint32_t zeros, double b[])
 {
-    double row[ZEROS + 1U][ZEROS + 1U];
-    const uint32_t size = zeros + 1U;
-    for (uint32_t j = 0U; j < size; j++) {
-        for (uint32_t k = 0U; k < size; k++) {
-            row[j][k] = ((k >= j) ? b[k - j] : 0.0) + (((k + j) < size) ? b[k + j] : 0.0);
-        }
-    }
-    for (uint32_t p = 0U; p < size; p++) {
-        uint32_t best = p;
-        for (uint32_t i = p + 1U; i < size; i++) {
-            best = (squared(row[i][p]) > squared(row[best][p])) ? i : best;
-        }
-        for (uint32_t k = 0U; k < size; k++) {
-            const double kept = row[p][k];
-            row[p][k] = row[best][k];
-            row[best][k] = kept;
-        }
-        const double kept = right[p];
-        right[p] = right[best];
-        right[best] = kept;
-        for (uint32_t i = 0U; i < size; i++) {
-            const double multiple = (i != p) ? (row[i][p] / row[p][p]) : 0.0;
-            for (uint32_t k = p; k < size; k++) {
-                row[i][k] -= multiple * row[p][k];
+    double row[ZEROS + 1U][ZEROS + 1U] = {{0.0}}; /* of place n modulo their number, from the end */
+    const uint32_t rows = zeros + 1U;
+    for (uint32_t n = 0U; n < ROUNDS; n++) {
+        double *const now = row[n % rows];
+        for (uint32_t k = (n < zeros) ? n : zeros; k > 0U; k--) {
+            const double *const before = row[(n - k) % rows];
+            double sum = lag[k];
+            for (uint32_t j = k + 1U; j <= zeros; j++) {
+                sum -= now[j] * before[j - k];
             }
-            right[i] -= multiple * right[p];
+            now[k] = sum / before[0];
         }
-    }
-    for (uint32_t p = 0U; p < size; p++) {
-        right[p] /= row[p][p];
-    }
-}
-
-/* The numerator of an autocovariance whose zeros are within the circle, after Wilson 1969. */
-static void factor(const double lag[], uint32_t zeros, double b[])
-{
-    b[0] = davar_root(lag[0]);
-    for (uint32_t k = 1U; k <= zeros; k++) {
-        b[k] = 0.0;
-    }
-    for (uint32_t round = 0U; round < ROUNDS; round++) {
-        double next[ZEROS + 1U];
-        for (uint32_t j = 0U; j <= zeros; j++) {
-            double sum = lag[j];
-            for (uint32_t i = 0U; (i + j) <= zeros; i++) {
-                sum += b[i] * b[i + j];
-            }
-            next[j] = sum;
+        double rest = lag[0];
+        for (uint32_t j = 1U; j <= zeros; j++) {
+            rest -= now[j] * now[j];
         }
-        solve(b, zeros, next);
+        now[0] = davar_root(rest);
         for (uint32_t k = 0U; k <= zeros; k++) {
-            b[k] = next[k];
+            b[k] = now[k];
         }
     }
 }
@@ -159,7 +126,7 @@ static void decimate(davar_filter_t *filter, uint32_t order, uint32_t length)
     }
     raise_poles(poles.a, pole_count, length);
     fold(&before, &poles, length, zeros, lag);
-    factor(lag, zeros, b);
+    factor_lags(lag, zeros, b);
     const davar_filter_t after = {.uncertainty = filter->uncertainty, .level = filter->level};
     *filter = after;
     davar_filter_append(filter, b, zeros, poles.a, pole_count);

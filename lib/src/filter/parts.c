@@ -21,7 +21,8 @@ bool davar_filter_may_follow(davar_filter_t *filter, bool is_in_range)
 }
 
 /* whole *= part, if the product has at most `most` as its order. A whole of zeros is 1. */
-static bool multiply(double whole[], uint32_t most, const double part[], uint32_t part_order)
+static bool multiply_polynomial(double whole[], uint32_t most, const double part[],
+                                uint32_t part_order)
 {
     const uint32_t order = davar_filter_order(whole, most);
     if ((order + part_order) > most) {
@@ -45,8 +46,9 @@ void davar_filter_append(davar_filter_t *filter, const double b[], uint32_t zero
                          uint32_t poles)
 {
     const double one = 1.0;
-    const bool has_b = multiply(filter->b, DAVAR_FILTER_ZEROS, b, zeros);
-    const bool has_a = multiply(filter->a, DAVAR_FILTER_POLES, (poles > 0U) ? a : &one, poles);
+    const bool has_b = multiply_polynomial(filter->b, DAVAR_FILTER_ZEROS, b, zeros);
+    const bool has_a =
+        multiply_polynomial(filter->a, DAVAR_FILTER_POLES, (poles > 0U) ? a : &one, poles);
     if (!has_b || !has_a) {
         davar_filter_forbid(filter);
     }
@@ -173,28 +175,33 @@ DAVAR_RARE void davar_filter_notch(davar_filter_t *filter, double centre, double
     davar_filter_append(filter, b, 2U, a, 2U);
 }
 
-DAVAR_RARE void davar_filter_average(davar_filter_t *filter, unsigned order, unsigned length)
+/* As coefficients, which a later decimation needs. */
+static void append_averages(davar_filter_t *filter, unsigned order, unsigned length)
 {
-    double b[DAVAR_FILTER_ZEROS + 1U] = {0.0};
-    const bool counts = (order >= 1U) && (order <= 8U) && (length >= 1U) &&
-                        (length <= DAVAR_FILTER_SPAN) && ((order * length) <= DAVAR_FILTER_SPAN);
-    if (!davar_filter_may_follow(filter, counts) || (length == 1U)) {
-        return;
-    }
-    const uint32_t zeros =
-        davar_filter_order(filter->b, DAVAR_FILTER_ZEROS) + (order * (length - 1U));
-    if (zeros > DAVAR_FILTER_ZEROS) {
-        if (filter->averages > 0U) {
-            davar_filter_forbid(filter);
-        }
-        filter->averages = (uint8_t)order;
-        filter->length = (uint16_t)length;
-        return;
-    }
+    double b[DAVAR_FILTER_ZEROS + 1U];
     for (uint32_t k = 0U; k < length; k++) {
         b[k] = 1.0 / (double)length;
     }
     for (uint32_t i = 0U; i < order; i++) {
         davar_filter_append(filter, b, length - 1U, NULL, 0U);
+    }
+}
+
+DAVAR_RARE void davar_filter_average(davar_filter_t *filter, unsigned order, unsigned length)
+{
+    const bool counts =
+        (order >= 1U) && (order <= 8U) && (length >= 1U) && (length <= (DAVAR_FILTER_SPAN / order));
+    if (!davar_filter_may_follow(filter, counts)) {
+        return;
+    }
+    const uint32_t zeros =
+        davar_filter_order(filter->b, DAVAR_FILTER_ZEROS) + (order * (length - 1U));
+    if (zeros <= DAVAR_FILTER_ZEROS) {
+        append_averages(filter, order, length);
+    } else if (filter->averages == 0U) {
+        filter->averages = (uint8_t)order;
+        filter->length = (uint16_t)length;
+    } else {
+        davar_filter_forbid(filter);
     }
 }

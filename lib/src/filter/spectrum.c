@@ -44,7 +44,7 @@ uint32_t davar_filter_order(const double c[], uint32_t most)
 }
 
 /* Squared size of sum c[k] z^k; 1 if every c[k] is 0. */
-static double power_of(const double c[], uint32_t count, complex_t z)
+static double polynomial_power(const double c[], uint32_t count, complex_t z)
 {
     const uint32_t order = davar_filter_order(c, count - 1U);
     complex_t sum = {c[order], 0.0};
@@ -78,8 +78,8 @@ static double averaging(const davar_filter_t *filter, complex_t half)
 static double ratio_of(const davar_filter_t *filter, complex_t half)
 {
     const complex_t z = complex_times(half, half);
-    return power_of(filter->b, DAVAR_FILTER_ZEROS + 1U, z) /
-           power_of(filter->a, DAVAR_FILTER_POLES + 1U, z);
+    return polynomial_power(filter->b, DAVAR_FILTER_ZEROS + 1U, z) /
+           polynomial_power(filter->a, DAVAR_FILTER_POLES + 1U, z);
 }
 
 double davar_filter_gain(const davar_filter_t *filter, complex_t half)
@@ -243,39 +243,55 @@ static bool is_in(double low, double value, double high)
     return (value >= low) && (value <= high);
 }
 
-/* Coefficients that are finite, stable, soon forgotten, and pass frequency 0. */
+/* Sum of the sizes; NaN if one is. */
+static double sizes_of(const double c[], uint32_t count)
+{
+    double sum = 0.0;
+    for (uint32_t k = 0U; k < count; k++) {
+        sum += (c[k] < 0.0) ? -c[k] : c[k];
+    }
+    return sum;
+}
+
+/* Is the denominator 1 + a[1] z + .., or absent? */
+static bool is_denominator(const double a[])
+{
+    const double sizes = sizes_of(&a[1], DAVAR_FILTER_POLES);
+    return (is_in(1.0, a[0], 1.0) && is_in(0.0, sizes, 1e6)) ||
+           (is_in(0.0, a[0], 0.0) && is_in(0.0, sizes, 0.0));
+}
+
+/* Is the response stable, soon forgotten, and not 0 at frequency 0? */
+static bool is_response(const davar_filter_t *filter, double sizes)
+{
+    const double zero = polynomial_power(filter->b, DAVAR_FILTER_ZEROS + 1U, (complex_t){1.0, 0.0});
+    return is_in(1e-9, sizes, 1e9) && (zero > (PASSED_LEAST * squared(sizes))) &&
+           (memory_of(filter) > 0U);
+}
+
 static bool are_coefficients(const davar_filter_t *filter)
 {
-    const uint32_t zeros = davar_filter_order(filter->b, DAVAR_FILTER_ZEROS);
-    const bool has_b = (zeros > 0U) || !is_zero(filter->b[0]);
-    const bool has_a = (davar_filter_order(filter->a, DAVAR_FILTER_POLES) > 0U);
-    double sizes = 0.0;
-    for (uint32_t k = 0U; k <= DAVAR_FILTER_ZEROS; k++) {
-        sizes += (filter->b[k] < 0.0) ? -filter->b[k] : filter->b[k];
-    }
-    for (uint32_t k = 1U; k <= DAVAR_FILTER_POLES; k++) {
-        if (!is_in(-1e6, filter->a[k], 1e6)) {
-            return false;
-        }
-    }
-    if (!is_in(0.0, sizes, 1e9) || (has_b && !(sizes >= 1e-9)) || (has_a && !has_b) ||
-        !(has_a ? is_in(1.0, filter->a[0], 1.0)
-                : (is_in(0.0, filter->a[0], 0.0) || is_in(1.0, filter->a[0], 1.0)))) {
-        return false;
-    }
-    const double zero = power_of(filter->b, DAVAR_FILTER_ZEROS + 1U, (complex_t){1.0, 0.0});
-    return !has_b || ((memory_of(filter) > 0U) && (zero > (PASSED_LEAST * squared(sizes))));
+    const double sizes = sizes_of(filter->b, DAVAR_FILTER_ZEROS + 1U);
+    const bool is_absent =
+        is_in(0.0, sizes, 0.0) && (davar_filter_order(filter->a, DAVAR_FILTER_POLES) == 0U);
+    return is_denominator(filter->a) && (is_absent || is_response(filter, sizes));
+}
+
+/* Counts and averages. */
+static bool are_samples(const davar_filter_t *filter)
+{
+    const uint32_t span = (uint32_t)filter->averages * filter->length;
+    const bool is_summed = (filter->summed > 1U);
+    return (filter->averages <= 8U) && (span <= DAVAR_FILTER_SPAN) &&
+           ((filter->averages == 0U) || (span > 0U)) &&
+           (!is_summed || (is_in(1e-9, filter->count_variance, 1e9) &&
+                           is_in(0.0, filter->count_step, 2.0 * filter->count_variance)));
 }
 
 DAVAR_RARE bool davar_filter_is_valid(const davar_filter_t *filter)
 {
-    const bool is_summed = (filter->summed > 1U);
-    return are_coefficients(filter) && is_in(0.0, filter->uncertainty, 0.5) &&
-           is_in(0.0, filter->level, 0.5) && (filter->averages <= 8U) &&
-           ((filter->averages == 0U) || (filter->length >= 1U)) &&
-           (((uint32_t)filter->averages * filter->length) <= DAVAR_FILTER_SPAN) &&
-           (!is_summed || (is_in(1e-9, filter->count_variance, 1e9) &&
-                           is_in(0.0, filter->count_step, 2.0 * filter->count_variance)));
+    return are_coefficients(filter) && are_samples(filter) &&
+           is_in(0.0, filter->uncertainty, 0.5) && is_in(0.0, filter->level, 0.5);
 }
 
 void davar_filter_assert(const davar_filter_t *filter)

@@ -476,6 +476,27 @@ static void write_hidden(const davar_plan_t *plan, const davar_white_t *white,
         plan, in_unit(plan, WHITE, scaled_times(most, scaled_of_float(plan->white_high))), result);
 }
 
+/* Withholds what rounding hides, or another filter than the declared one. False: neither. */
+static bool withholds(const davar_plan_t *plan, davar_white_t *white, davar_result_t *result)
+{
+    const bool filtered = lacks(plan, white) && (!plan->declared || (white->suspects == 0U));
+    const bool repeated = is_repeated(plan, white) && (white->suspects == 0U);
+    if (is_hidden(plan, white)) {
+        white->suspects = 0U;
+        if (!is_within_counts(plan, white)) {
+            return false;
+        }
+        write_hidden(plan, white, result);
+    } else if (repeated || (filtered && white->repeats)) {
+        write_hidden(plan, white, result);
+    } else if (filtered) {
+        davar_write_unlimited(plan, DAVAR_NOISE_FILTERED, result);
+    } else {
+        return false;
+    }
+    return true;
+}
+
 /* davar_white_suffices with a plan that is up to date. */
 static bool suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result,
                      davar_white_t *white)
@@ -489,24 +510,10 @@ static bool suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result,
     fit_amplitude(plan, white);
     davar_plan_rate(plan, rate_hz);
     fit_shares(plan, white);
-    if (is_hidden(plan, white)) {
-        white->suspects = 0U;
-        if (!is_within_counts(plan, white)) {
-            return false;
-        }
-        write_hidden(plan, white, result);
+    if (withholds(plan, white, result)) {
         return true;
     }
-    const bool filtered = lacks(plan, white) && (!plan->declared || (white->suspects == 0U));
-    if ((is_repeated(plan, white) && (white->suspects == 0U)) || (filtered && white->repeats)) {
-        write_hidden(plan, white, result);
-        return true;
-    }
-    if (filtered) {
-        davar_write_unlimited(plan, DAVAR_NOISE_FILTERED, result);
-        return true;
-    }
-    if ((white->suspects != 0U) || !explains(plan, white)) {
+    if (is_hidden(plan, white) || (white->suspects != 0U) || !explains(plan, white)) {
         return false;
     }
     write_white(plan, white, result);
