@@ -202,7 +202,8 @@ static void assert_withheld(void)
     TEST_ASSERT_EQUAL(DAVAR_NOISE_FILTERED, result.noise);
     for (int k = 0; k < TERMS; k++) {
         TEST_ASSERT_FALSE(result.coefficient[k].present);
-        TEST_ASSERT_TRUE(isinf(result.coefficient[k].high) && isnan(result.coefficient[k].low));
+        TEST_ASSERT_TRUE(isnan(result.coefficient[k].low));
+        TEST_ASSERT_TRUE((k == WHITE) || isinf(result.coefficient[k].high));
     }
     for (int t = 0; t < SIZES; t++) {
         TEST_ASSERT_TRUE(result.tau[t].edf >= 1.0);
@@ -227,6 +228,26 @@ static void test_short_sizes_that_read_low_withhold_everything(void)
             davar_fit(&plan, 1.0, &result);
             assert_withheld();
         }
+    }
+}
+
+/* (5.17): from the first size that its longer neighbour does not exceed. */
+static void test_the_limit_behind_a_filter_that_is_not_declared(void)
+{
+    for (int top = 1; top < SIZES; top++) {
+        plan_filter(NULL);
+        double y[SIZES];
+        for (int t = 0; t < SIZES; t++) {
+            const double size = (double)result.tau[t].m;
+            y[t] = (t <= top) ? (1.0 - pow(0.5, t + 1.0)) : (0.9 - pow(0.5, top + 1.0));
+            result.tau[t].adev = sqrt(y[t] / size);
+        }
+        result.unit_per_count = 0.0;
+        TEST_ASSERT_FALSE(davar_fit_white(&plan, 1.0, &result));
+        TEST_ASSERT_EQUAL(DAVAR_NOISE_FILTERED, result.noise);
+        const double limit = y[top] * pow((double)plan.high[top], 2.0);
+        const double most = limit + 3.0 * (y[top] - y[top - 1]);
+        assert_near(60.0 * sqrt(most), term(DAVAR_ANGLE_RANDOM_WALK)->high, 1e-5);
     }
 }
 
@@ -689,6 +710,7 @@ int main(void)
     RUN_TEST(test_the_limit_of_white_noise_that_a_mixture_lacks);
     RUN_TEST(test_the_limit_behind_a_filter_that_passes_no_size);
     RUN_TEST(test_short_sizes_that_read_low_withhold_everything);
+    RUN_TEST(test_the_limit_behind_a_filter_that_is_not_declared);
     RUN_TEST(test_a_term_that_lowers_the_estimate_is_not_taken_for_rounding);
     RUN_TEST(test_more_scatter_than_hidden_noise_gives_is_no_rounding);
     RUN_TEST(test_an_uncertain_cutoff_explains_its_misfit_in_any_unit);

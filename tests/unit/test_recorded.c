@@ -167,12 +167,12 @@ static void test_results(void)
         const davar_engine_t *engine;
         uint64_t recorded;
     } cases[] = {
-        {false, false, NULL, UINT64_C(0xCC409BE1345867CE)},
-        {false, false, &davar_engine_grid_q15, UINT64_C(0xCC409BE1345867CE)},
-        {true, false, NULL, UINT64_C(0x13788ACA2D9AD7FA)},
-        {true, false, &davar_engine_grid_q15, UINT64_C(0x13788ACA2D9AD7FA)},
-        {false, true, NULL, UINT64_C(0x9D04304F0F4BF7AD)},
-        {true, true, NULL, UINT64_C(0x7DDF34E2D0480C91)},
+        {false, false, NULL, UINT64_C(0x27098591845867CE)},
+        {false, false, &davar_engine_grid_q15, UINT64_C(0x27098591845867CE)},
+        {true, false, NULL, UINT64_C(0xAFC4C9544D9AD7FA)},
+        {true, false, &davar_engine_grid_q15, UINT64_C(0xAFC4C9544D9AD7FA)},
+        {false, true, NULL, UINT64_C(0xF0C41742E74BF7AD)},
+        {true, true, NULL, UINT64_C(0x409C509560480C91)},
     };
     static const davar_law_id_t ids[] = {DAVAR_LAW_ID_FIXED, DAVAR_LAW_ID_KURTOSIS, DAVAR_LAW_ID_OR,
                                          DAVAR_LAW_ID_AND};
@@ -238,7 +238,7 @@ static void test_fits_of_unlikely_deviations(void)
     }
     (void)davar_fit_white(&plan, 100.0, &result);
     add_fields(&result, NULL);
-    expect(UINT64_C(0x6716216CB154D6E1));
+    expect(UINT64_C(0x50804D89A954D6E1));
 }
 
 /* ---- plans of filters, and fits with them ---- */
@@ -321,7 +321,7 @@ static void test_fits_in_heavy_tails(void)
         add_both_fits();
         add(davar_bits_of_float(plan.half_kappa));
     }
-    expect(UINT64_C(0x7D73F5DB96698C09));
+    expect(UINT64_C(0xA4E6EA60FE698C09));
 }
 
 #endif

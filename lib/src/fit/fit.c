@@ -121,7 +121,7 @@ static void fit_window(davar_plan_t *plan, double rate_hz, davar_result_t *resul
         write_terms(&model, DAVAR_QUANTIZATION, rate_hz, result);
         davar_write_coarse(plan, result->coefficient[WHITE].high, result);
     } else if (davar_mixture_is_filtered(&model)) {
-        davar_write_unlimited(plan, DAVAR_NOISE_FILTERED, result);
+        davar_write_filtered(plan, result);
     } else {
         result->noise = DAVAR_NOISE_MIXED;
         write_mixture(&model, rate_hz, result);

@@ -448,6 +448,38 @@ DAVAR_RARE void davar_write_coarse(const davar_plan_t *plan, double limit, davar
     result->coefficient[WHITE].high = davar_half_a_count_at_least(plan, result, limit);
 }
 
+/* m avar at size t. */
+static scaled_t whole_at(const davar_plan_t *plan, const davar_result_t *result, int t)
+{
+    const scaled_t adev = scaled_of_double(result->tau[t].adev);
+    return scaled_times(scaled_times(adev, adev), scaled_of_float(plan->m[t]));
+}
+
+/* The first size that its longer neighbour does not exceed has what the filter passes, or the last
+ * one. What it still lacks is about what it gained over the size before, of which it takes three
+ * times as much (5.17). */
+DAVAR_RARE void davar_write_filtered(const davar_plan_t *plan, davar_result_t *result)
+{
+    scaled_t y[DAVAR_TAUS_MAX];
+    int top = 0;
+    for (int t = 0; t < plan->count; t++) {
+        y[t] = whole_at(plan, result, t);
+    }
+    const int32_t unit = davar_align(y, plan->count);
+    while ((top + 1 < plan->count) && (y[top + 1].mantissa > y[top].mantissa)) {
+        top++;
+    }
+    const uint32_t before = (top > 0) ? y[top - 1].mantissa : 0U;
+    const scaled_t limit = scaled_of_float(plan->high[top]);
+    const scaled_t high =
+        scaled_times(scaled_of_u64(y[top].mantissa, unit), scaled_times(limit, limit));
+    const scaled_t most =
+        davar_scaled_plus(high, scaled_of_u64(3U * (uint64_t)(y[top].mantissa - before), unit));
+    davar_write_unlimited(plan, DAVAR_NOISE_FILTERED, result);
+    result->coefficient[WHITE].high =
+        davar_half_a_count_at_least(plan, result, in_unit(plan, WHITE, davar_scaled_root(most)));
+}
+
 static void write_nothing(davar_result_t *result)
 {
     davar_absent_taus(result, 0U);
@@ -490,7 +522,7 @@ static bool withholds(const davar_plan_t *plan, davar_white_t *white, davar_resu
     } else if (repeated || (filtered && white->repeats)) {
         write_hidden(plan, white, result);
     } else if (filtered) {
-        davar_write_unlimited(plan, DAVAR_NOISE_FILTERED, result);
+        davar_write_filtered(plan, result);
     } else {
         return false;
     }

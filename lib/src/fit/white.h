@@ -21,6 +21,10 @@ void davar_write_coarse(const davar_plan_t *plan, double limit, davar_result_t *
 /* Writes a result that withholds all terms and all limits. */
 void davar_write_unlimited(const davar_plan_t *plan, davar_noise_t noise, davar_result_t *result);
 
+/* Writes DAVAR_NOISE_FILTERED: all is absent except an upper limit of the angle random walk, from
+ * the longest cluster sizes of the window (5.17). */
+void davar_write_filtered(const davar_plan_t *plan, davar_result_t *result);
+
 /* White noise fitted to the usable cluster sizes of a result. */
 typedef struct {
     scaled_t adev[DAVAR_TAUS_MAX];

@@ -1,7 +1,7 @@
 """The filter of a fitted model as the device declares it: davar_filter_t in C, and --bandwidth.
 
-The device has one low-pass of order 1 or 2, sampled with its images, then equal moving averages
-(lib/include/davar/filter.h). The file lists the cluster sizes at which white noise after that
+The export knows one low-pass of order 1 or 2, sampled with its images or bilinear, then equal
+moving averages; the device knows any coefficients (lib/include/davar/filter.h). The file lists the cluster sizes at which white noise after that
 filter has the Allan deviation of everything in the model but its drifts, and the options with which
 davar-sim reads the same recording (DESIGN 11)."""
 
@@ -24,10 +24,10 @@ from ..model import Model, Term
 from ..thresholds import CHANCE
 from .export import noise_variance
 
-SHEET_PERCENT = 10.0  # of a cutoff without a recording, as DAVAR_LOW_PASS
+SHEET_PERCENT = 10.0  # of a cutoff without a recording, as davar-sim has it
 LEAST_PERCENT = 1.0
 MOST_PERCENT = 50.0
-CUTOFFS = 0.002, 2.0  # over the sample rate
+CUTOFFS = {"sampled": (0.002, 2.0), "bilinear": (0.002, 0.499)}  # over the sample rate
 AVERAGES_MOST, SPAN_MOST, SIZES_MOST = 8, 1024, 32  # as davar/filter.h
 # Standard errors by which the ARW of a window may be off: 92 % of the intervals of 95 % still hold.
 BIAS_MOST = 0.5
@@ -51,7 +51,7 @@ FLUCTUATIONS = {
 
 @dataclass
 class Declared:
-    """hz, order: of the low-pass; 0: none. percent: one standard error of hz. window: of the
+    """hz, order, response: of the low-pass; 0: none. percent: one standard error of hz. window: of the
     device, in samples. sizes: the cluster sizes that it can use, of `octaves`. lsb: one count of
     the recording, deg/s; 0: unknown. states_rate: davar-sim would read another rate. lost: samples
     are missing, which davar-sim with --rate does not look for without --gap."""
@@ -59,6 +59,7 @@ class Declared:
     rate_hz: float
     hz: float = 0.0
     order: int = 0
+    response: str = "sampled"
     percent: float = 0.0
     averages: int = 0
     length: int = 1
@@ -73,9 +74,19 @@ class Declared:
     def bandwidth(self) -> str:
         """As davar-sim, davar-plan, davar-node and the Python package take it."""
         low = f"{self.hz:.6g}:{self.order}:{self.percent:.3g}" if self.order else ""
+        if self.order and self.response == "bilinear":
+            b, a = self.bilinear
+            low = f"ba:{b:.9g},{b:.9g}:{a:.9g}:{self.percent:.3g}"
+            low = f"biquad:{self.hz:.6g}:{self.percent:.3g}" if self.order == 2 else low
         count = "" if self.averages == 1 else str(self.averages)
         mean = f"average{count}:{self.length}" if self.averages else ""
         return "+".join(filter(None, (low, mean))) or "none"
+
+    @property
+    def bilinear(self) -> tuple[float, float]:
+        """(b0 = b1, a1) of order 1."""
+        edge = math.tan(math.pi * self.hz / self.rate_hz)
+        return edge / (1 + edge), (edge - 1) / (edge + 1)
 
     @property
     def options(self) -> list[str]:
@@ -93,7 +104,7 @@ class Declared:
 
     @property
     def terms(self) -> list[Term]:
-        low = {"cutoff_hz": self.hz, "order": float(self.order), "response": "sampled"}
+        low = {"cutoff_hz": self.hz, "order": float(self.order), "response": self.response}
         return [Term("low_pass", low)] * bool(self.order) + [
             Term("moving_average", {"samples": float(self.length)})
         ] * self.averages
@@ -404,10 +415,13 @@ def of(
         found.lost = recording.measured_samples < recording.samples
     if low:
         share = float(low.parameters["cutoff_hz"]) / model.rate_hz
-        if not CUTOFFS[0] <= share <= CUTOFFS[1]:
+        found.response = str(low.parameters.get("response", "sampled"))
+        found.response = "bilinear" if found.response == "bilinear" else "sampled"
+        least, most = CUTOFFS[found.response]
+        if not least <= share <= most:
             raise BadInput(
                 f"{where}: low_pass: cutoff_hz is {share:g} of the sample rate. The device knows "
-                f"{CUTOFFS[0]:g} to {CUTOFFS[1]:g}. Average blocks of samples first, or leave out "
+                f"{least:g} to {most:g}. Average blocks of samples first, or leave out "
                 "a wider filter"
             )
         entry = entries[model.terms.index(low)] if entries else None
@@ -441,7 +455,7 @@ def notes(found: Declared, model: Model, where: str, recording: str | None) -> l
             else f"that of the fit to {recording}, at least {LEAST_PERCENT:g} %"
         )
         said += [
-            f"Low-pass of order {found.order}, -3 dB at {found.hz:g} Hz. Its standard error of "
+            f"Low-pass of order {found.order}, {found.response}, -3 dB at {found.hz:g} Hz. Its standard error of "
             f"{found.percent:g} % is {doubt}. Another unit of this gyro may differ by more."
         ]
     if found.averages:
@@ -468,15 +482,23 @@ def notes(found: Declared, model: Model, where: str, recording: str | None) -> l
     return said + [default] * bool(default)
 
 
-def fields(found: Declared) -> list[str]:
-    """The members of davar_filter_t, computed as davar-sim does from `bandwidth`."""
-    low = [
-        f".cutoff = {found.hz!r} / {found.rate_hz!r}, /* Hz over the sample rate */",
-        f".uncertainty = 0.01 * {found.percent!r},",
-        f".poles = {found.order}U,",
-    ]
-    mean = [f".averages = {found.averages}U,", f".length = {found.length}U,", ".decimation = 1U,"]
-    return low * bool(found.order) + mean * bool(found.averages) or [".poles = 0U, /* none */"]
+def calls(found: Declared) -> list[str]:
+    """The calls that fill davar_filter_t, as davar-sim does from `bandwidth`."""
+    share = f"{found.hz!r} / {found.rate_hz!r}"
+    percent = f"0.01 * {found.percent!r}"
+    low = [f"davar_filter_low_pass(&filter, {share}, {found.order}, {percent});"]
+    if found.response == "bilinear" and found.order == 2:
+        low = [f"davar_filter_biquad(&filter, {share});", f"filter.uncertainty = {percent};"]
+    elif found.response == "bilinear":
+        b, a = found.bilinear
+        low = [
+            f"static const double b[2] = {{{b:.9g}, {b:.9g}}};",
+            f"static const double a[2] = {{1.0, {a:.9g}}};",
+            "davar_filter_ba(&filter, b, 2, a, 2);",
+            f"filter.level = {percent};",
+        ]
+    mean = [f"davar_filter_average(&filter, {found.averages}, {found.length});"]
+    return low * bool(found.order) + mean * bool(found.averages)
 
 
 def command(text: str) -> list[str]:
@@ -493,8 +515,8 @@ def comment(found: Declared, notes: list[str]) -> list[str]:
     said = [
         *(line for note in notes for line in textwrap.wrap(note.replace("*/", "* /"), WIDTH)),
         "",
-        "    davar_plan_init_filtered(&plan, davar_gyro_taus, DAVAR_GYRO_TAU_COUNT,",
-        "                             &davar_gyro_filter);",
+        "    const davar_filter_t filter = davar_gyro_filter();",
+        "    davar_plan_init_filtered(&plan, davar_gyro_taus, DAVAR_GYRO_TAU_COUNT, &filter);",
         "",
         "The configuration needs the same cluster sizes. The plan can also be made at build time:",
         "",
@@ -519,9 +541,12 @@ def text(found: Declared, notes: list[str]) -> str:
         "",
         '#include "davar/fit.h"',
         "",
-        "static const davar_filter_t davar_gyro_filter = {",
-        *(f"    {field}" for field in fields(found)),
-        "};",
+        "static inline davar_filter_t davar_gyro_filter(void)",
+        "{",
+        "    davar_filter_t filter = {.b = {0.0}};",
+        *(f"    {call}" for call in calls(found)),
+        "    return filter;",
+        "}",
         "",
         f"#define DAVAR_GYRO_TAU_COUNT {len(found.sizes)}",
         "",
