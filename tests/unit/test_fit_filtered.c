@@ -590,7 +590,7 @@ static double expected_sigma(int term, double *by_cutoff)
         moved += functional(term, u) * (double)plan.offset[u];
     }
     *by_cutoff = ((term == WHITE) ? 1.25 : 1.0) * moved * moved;
-    return sqrt((variance * pow(1.0 + ((double)plan.floor * rounding), -2.0)) + *by_cutoff);
+    return sqrt((variance * pow(1.0 + (0.25 * (double)plan.floor * rounding), -2.0)) + *by_cutoff);
 }
 
 static void test_standard_errors_include_the_cutoff(void)

@@ -13,6 +13,10 @@
 /* Sizes that are nearly equal make the covariance singular. This share of its diagonal is added. */
 #define RIDGE 1e-4
 
+/* Relative to white noise and rounding, an estimate scatters as in counts half as coarse as those of
+ * plan->floor, or less (5.15). */
+#define FINE_FLOOR 0.25
+
 /* The gains of an uncertain filter do not change linearly: a quarter more variance (5.16). */
 #define AXIS_MARGIN 1.25
 
@@ -337,7 +341,7 @@ DAVAR_RARE void davar_plan_solve(davar_plan_t *plan, uint8_t count)
         constant[t] *= 1.0 / sum;
     }
     const double rounding = rounding_in(plan, constant);
-    const double share = 1.0 / (1.0 + (double)plan->floor * rounding);
+    const double share = 1.0 / (1.0 + FINE_FLOOR * (double)plan->floor * rounding);
     for (int k = 0; k < TERMS; k++) {
         if (k != WHITE) {
             const double centre = functional_of(plan, l, constant, k, functional);
