@@ -31,8 +31,8 @@ int main(void)
             a.tau[t].adev = (1.0 + 0.1 * (seed >> 8) / 16777216.0) / sqrt(taus[t]);
         }
         memcpy(&b, &a, sizeof a);
-        if (i % 50 == 49) { /* a window that lacks the longest */
-            b.tau[COUNT - 1U].differences = 0U;
+        if (i % 50 == 49) { /* a window without a difference */
+            b.tau[0].differences = 0U;
             (void)davar_fit_white_ready(&ready, 100.0, &b);
             if ((b.noise != DAVAR_NOISE_UNKNOWN) || !isnan(b.tau[0].low) ||
                 b.coefficient[DAVAR_ANGLE_RANDOM_WALK].present) {

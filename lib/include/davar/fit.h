@@ -132,8 +132,8 @@ bool davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result)
 
 /** Fits white noise with a plan that tools/davar-plan wrote for all cluster sizes of the result.
  * davar_plan_init and its helpers are then not linked. davar_fit_white gives the same results
- * if the window supports every cluster size. If it supports fewer, because it is short or has gaps,
- * the noise is UNKNOWN. Cost: O(T). */
+ * if the window supports every cluster size. If gaps leave the longest sizes without a difference,
+ * the others stand in for them, at least three; otherwise the noise is UNKNOWN. Cost: O(T). */
 #define davar_fit_white_ready DAVAR_SIZED(davar_fit_white_ready)
 bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *result);
 

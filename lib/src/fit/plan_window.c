@@ -302,8 +302,10 @@ static void plan_window(davar_plan_t *plan, const davar_result_t *result)
     scaled_t inverse[DAVAR_TAUS_MAX];
     scaled_t low;
     scaled_t high;
+    const int last = (int)davar_fit_usable(result) - 1; /* stands in for the sizes beyond it */
     for (int t = 0; t < plan->count; t++) {
-        const scaled_t differences = effective(&result->tau[t], result->window_samples, evidence);
+        const davar_adev_t *const tau = &result->tau[(t < last) ? t : last];
+        const scaled_t differences = effective(tau, result->window_samples, evidence);
         inverse[t] = scaled_inverse(differences);
         plan_tau(plan, t, differences);
     }

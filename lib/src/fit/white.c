@@ -21,10 +21,20 @@ _Static_assert(DAVAR_TAUS_MAX <= 32, "sums of products with a functional");
 /* A deviation need not be known better than to 2^-7. */
 #define NEAR_SHIFT 7U
 
+#define WEIGHT_ONE (INT64_C(1) << DAVAR_FIT_FUNCTIONAL_BITS)
+#define CARRYING_LEAST 3 /* with differences, in a window of a plan from the host */
+
 /* Least amplitude of white noise: enough bits for a root and a reciprocal. */
 #define AMPLITUDE_LEAST (UINT64_C(1) << 23U)
 
 /* --- the fit --- */
+
+/* The sizes of the plan that have differences. */
+static int usable_of(const davar_plan_t *plan, const davar_result_t *result)
+{
+    const int usable = (int)davar_fit_usable(result);
+    return (usable < (int)plan->count) ? usable : (int)plan->count;
+}
 
 DAVAR_APART DAVAR_RARE scaled_t davar_rounding(const davar_plan_t *plan,
                                                const davar_result_t *result)
@@ -46,7 +56,7 @@ static uint32_t rounded_at(const davar_plan_t *plan, uint32_t rounding, int t)
 static bool read_data(const davar_plan_t *plan, const davar_result_t *result, davar_white_t *white)
 {
     uint32_t any = 0U;
-    for (int t = 0; t < plan->count; t++) {
+    for (int t = 0; t < white->usable; t++) {
         const scaled_t adev = scaled_of_double(result->tau[t].adev);
         const scaled_t m = scaled_of_float(plan->to_white[t]);
         const uint32_t square = davar_upper_product(adev.mantissa, adev.mantissa);
@@ -56,16 +66,41 @@ static bool read_data(const davar_plan_t *plan, const davar_result_t *result, da
         white->y[t] = y;
         any |= y.mantissa;
     }
-    white->exponent = davar_align(white->y, plan->count);
+    white->exponent = davar_align(white->y, white->usable);
     white->rounding = davar_rounding(plan, result);
     const uint32_t rounding = davar_scaled_to_fixed(white->rounding, -white->exponent);
     for (int t = 0; t < plan->count; t++) {
-        const uint32_t y = white->y[t].mantissa;
+        const uint32_t y = (t < white->usable) ? white->y[t].mantissa : 0U;
         const uint32_t rounded = rounded_at(plan, rounding, t);
         white->rounded[t] = rounded;
         white->y[t].mantissa = (y > rounded) ? (y - rounded) : 0U;
     }
     return any != 0U;
+}
+
+/* The weight that the first sizes have in white noise; all have 2^29. */
+static int64_t weight_of_sizes(const davar_plan_t *plan, int sizes)
+{
+    int64_t sum = 0;
+    for (int t = 0; t < sizes; t++) {
+        sum += plan->functional[WHITE][t];
+    }
+    return (int64_t)((uint64_t)sum << plan->white_bits);
+}
+
+/* For the sizes without differences, the white noise of the others stands in (5.5). */
+static void stand_in(const davar_plan_t *plan, davar_white_t *white)
+{
+    if (white->usable == plan->count) {
+        return;
+    }
+    const int64_t sum = davar_aligned_sum(plan->functional[WHITE], white->y, white->usable);
+    const scaled_t found = scaled_of_u64((sum > 0) ? (uint64_t)sum : 0U, (int32_t)plan->white_bits);
+    const scaled_t weight = scaled_of_u64((uint64_t)weight_of_sizes(plan, white->usable), 0);
+    const uint32_t y = davar_scaled_to_fixed(scaled_quotient(found, weight), 0);
+    for (int t = white->usable; t < plan->count; t++) {
+        white->y[t].mantissa = (y < SCALED_TOP) ? y : SCALED_TOP;
+    }
 }
 
 static int64_t amplitude(const davar_plan_t *plan, const davar_white_t *white, int term)
@@ -233,7 +268,7 @@ static bool explains(const davar_plan_t *plan, const davar_white_t *white)
     const uint32_t rest = davar_scaled_to_fixed(white->square, -white->exponent) - sum;
     const uint32_t doubt = of_sum(white, white->doubt, (int32_t)DAVAR_FIT_SHARE_BITS);
     uint64_t misfit = 0U;
-    for (int t = 0; t < plan->count; t++) {
+    for (int t = 0; t < white->usable; t++) {
         const uint32_t free = rounded_at(plan, doubt, t);
         const uint32_t size =
             deviation(white, t, own, free, rest + white->rounded[t], sum >> NEAR_SHIFT);
@@ -338,7 +373,7 @@ static uint32_t least_square(const davar_plan_t *plan, const davar_white_t *whit
 static void write_intervals(const davar_plan_t *plan, const davar_white_t *white,
                             davar_result_t *result)
 {
-    for (int t = 0; t < plan->count; t++) {
+    for (int t = 0; t < white->usable; t++) {
         davar_adev_t *const tau = &result->tau[t];
         tau->edf = plan->edf[t];
         tau->low =
@@ -461,12 +496,13 @@ static scaled_t whole_at(const davar_plan_t *plan, const davar_result_t *result,
 DAVAR_RARE void davar_write_filtered(const davar_plan_t *plan, davar_result_t *result)
 {
     scaled_t y[DAVAR_TAUS_MAX];
+    const int usable = usable_of(plan, result);
     int top = 0;
-    for (int t = 0; t < plan->count; t++) {
+    for (int t = 0; t < usable; t++) {
         y[t] = whole_at(plan, result, t);
     }
-    const int32_t unit = davar_align(y, plan->count);
-    while ((top + 1 < plan->count) && (y[top + 1].mantissa > y[top].mantissa)) {
+    const int32_t unit = davar_align(y, usable);
+    while ((top + 1 < usable) && (y[top + 1].mantissa > y[top].mantissa)) {
         top++;
     }
     const uint32_t before = (top > 0) ? y[top - 1].mantissa : 0U;
@@ -533,12 +569,14 @@ static bool withholds(const davar_plan_t *plan, davar_white_t *white, davar_resu
 static bool suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result,
                      davar_white_t *white)
 {
-    davar_absent_taus(result, plan->count);
+    white->usable = usable_of(plan, result);
+    davar_absent_taus(result, (uint8_t)white->usable);
     if (!read_data(plan, result, white)) {
         /* Noise below a count, or a stuck sensor: differences of 0 limit nothing. */
         davar_write_unlimited(plan, DAVAR_NOISE_CONSTANT, result);
         return true;
     }
+    stand_in(plan, white);
     fit_amplitude(plan, white);
     davar_plan_rate(plan, rate_hz);
     fit_shares(plan, white);
@@ -578,13 +616,10 @@ static void write_mixed(const davar_plan_t *plan, const davar_white_t *white,
     result->noise = DAVAR_NOISE_MIXED;
 }
 
-/* Fits nothing if the plan has another number of cluster sizes than the window supports. */
-static bool fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result, uint8_t usable)
+static bool fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result)
 {
     davar_white_t white;
-    if ((usable == 0U) || (usable != plan->count)) {
-        write_nothing(result);
-    } else if (!suffices(plan, rate_hz, result, &white)) {
+    if (!suffices(plan, rate_hz, result, &white)) {
         write_mixed(plan, &white, result);
     }
     return result->noise == DAVAR_NOISE_WHITE;
@@ -592,14 +627,28 @@ static bool fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result
 
 bool davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result)
 {
-    return fit_white(plan, rate_hz, result, davar_fit_prepare(plan, result));
+    if (davar_fit_prepare(plan, result) == 0U) {
+        write_nothing(result);
+        return false;
+    }
+    return fit_white(plan, rate_hz, result);
+}
+
+/* Do the sizes with differences have enough weight to stand in for the others? */
+static bool carries(const davar_plan_t *plan, int usable)
+{
+    const int64_t weight = weight_of_sizes(plan, usable);
+    return (usable >= CARRYING_LEAST) && (weight >= (WEIGHT_ONE / 2)) &&
+           (weight <= (2 * WEIGHT_ONE));
 }
 
 bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *result)
 {
-    const uint8_t usable = davar_fit_usable(result);
-    if (usable == plan->count) {
-        davar_fit_prepare_window(plan, result);
+    const int usable = usable_of(plan, result);
+    if ((usable < (int)plan->count) && !carries(plan, usable)) {
+        write_nothing(result);
+        return false;
     }
-    return fit_white(plan, rate_hz, result, usable);
+    davar_fit_prepare_window(plan, result);
+    return fit_white(plan, rate_hz, result);
 }

@@ -27,6 +27,7 @@ void davar_write_filtered(const davar_plan_t *plan, davar_result_t *result);
 
 /* White noise fitted to the usable cluster sizes of a result. */
 typedef struct {
+    int usable; /* cluster sizes with differences; the rest of the plan stands in (5.5) */
     scaled_t adev[DAVAR_TAUS_MAX];
     scaled_t y[DAVAR_TAUS_MAX];       /* adev^2 m / gain without rounding, aligned to `exponent` */
     uint32_t rounded[DAVAR_TAUS_MAX]; /* what rounding had in y */

@@ -35,6 +35,7 @@ What you have
   --noise N            typical angle random walk in deg/sqrt(h), to check the size of a count and
                        to state the least bias instability. A noise density of D deg/s/sqrt(Hz) in
                        a data sheet is one-sided: N = 60 D / sqrt(2) = 42.4 D
+  --lost PERCENT       of the samples, each reported as a gap: memory for the gaps of a window (1)
   --core CORE          {cores}
   --flash BYTES        that davar may use; 24k is 24576
   --ram BYTES          the same, without the stack

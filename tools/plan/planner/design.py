@@ -26,7 +26,7 @@ CASCADE_LEAST = 64
 CASCADE_TAUS_MOST = 24
 CASCADE_CLUSTERS = 32
 CASCADE_BITS = {"int16": 31, "int32": 27, "float": 28}  # of the largest size, (11.4)
-GAPS = 4
+GAPS_LEAST, GAPS_MOST = 4, 65534  # even, so that the memory has no padding
 NUMBER = {"int16": "Q15", "int32": "Q31", "float": "F32"}
 
 
@@ -58,6 +58,13 @@ class Design:
         if self.fit == "terms":
             return len(self.taus) + self.cascade_taus
         return max(len(self.taus), self.cascade_taus)
+
+    @property
+    def gaps(self) -> int:
+        """That a window stores: of lost samples, one more restarts it once in 10^4 windows."""
+        usual = (self.window + self.stride) * self.wishes.lost_percent / 100
+        count = math.ceil(usual + 4 * math.sqrt(usual)) + GAPS_LEAST
+        return min(count + count % 2, GAPS_MOST)
 
     @property
     def taus_s(self) -> list[float]:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from . import programs
-from .design import BLOCK, CASCADE_CLUSTERS, GAPS, NUMBER, Design
+from .design import BLOCK, CASCADE_CLUSTERS, GAPS_LEAST, NUMBER, Design
 
 SUFFIX = {type: name.lower() for type, name in NUMBER.items()}
 SAMPLE = {"int16": "int16_t", "int32": "int32_t", "float": "float"}
@@ -30,13 +30,14 @@ def _scale(design: Design) -> str:
 
 def _window(design: Design, whitening: Sequence[str]) -> list[str]:
     if design.law == "fixed":
-        return [f"DAVAR_FIXED({design.window}), /* samples */"]
+        window = f".window = {{.longest = {design.window}, .shortest = {design.window}"
+        return [f"{window}, .gaps_max = {design.gaps}}}, /* samples */"]
     wishes = design.wishes
     law = SUFFIX["int16" if wishes.type == "int16" else "int32"]
     return [
         f".law = &davar_law_glr_{law},",
         f".window = {{.longest = {design.window}, .shortest = {design.shortest}, .grow = 1,",
-        f"           .shrink = 64, .gaps_max = {GAPS}}},",
+        f"           .shrink = 64, .gaps_max = {design.gaps}}},",
         f".glr = {{.false_alarms_per_hour = {wishes.false_alarms_per_hour!r},",
         f"        .cut_interval_s = 300.0, .block = {BLOCK}, .shock_blocks = 2"
         + ("," if whitening else "},"),
@@ -59,7 +60,8 @@ def _memory(design: Design) -> str:
     if design.law == "glr":
         del settings["shortest"], settings["stride"]
     named = ", ".join(f"{name}({value})" for name, value in {**settings, "taus": taus}.items())
-    return f"DAVAR_MEMORY{'_' * bool(of_law)}{of_law}({number}, {named})"
+    more = f" + {4 * (design.gaps - GAPS_LEAST)}U"  # the macro has room for the least
+    return f"(DAVAR_MEMORY{'_' * bool(of_law)}{of_law}({number}, {named}){more})"
 
 
 HEADER = """/* {title}

@@ -31,6 +31,7 @@ class Wishes:
     full_scale: float | None = None  # deg/s; of floats
     bandwidth: str | None = None  # as davar-plan --bandwidth
     noise: float | None = None  # typical angle random walk, deg/sqrt(h)
+    lost_percent: float = 1.0  # of the samples
     respond_s: float | None = None
     arw_percent: float | None = None
     longest_tau_s: float | None = None
@@ -110,6 +111,7 @@ def _readers(cores: Sequence[str]) -> dict[str, tuple[str, Callable[[str], objec
         "--full-scale": ("full_scale", _above_0("deg/s")),
         "--bandwidth": ("bandwidth", _text),
         "--noise": ("noise", _above_0("deg/sqrt(h)")),
+        "--lost": ("lost_percent", _number(0, 20, "a number from 0 to 20")),
         "--respond": ("respond_s", _above_0("seconds")),
         "--arw-percent": ("arw_percent", _number(0.1, 50, "a number from 0.1 to 50")),
         "--longest-tau": ("longest_tau_s", _above_0("seconds")),
