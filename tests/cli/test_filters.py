@@ -1,5 +1,5 @@
-"""ARW behind sixteen filters that SciPy or the definition makes: declared, declared 10 % off, learned
-from a recording at rest, and not declared."""
+"""ARW behind sixteen filters that SciPy or the definition makes: declared, declared 10 % off,
+learned from a recording at rest, and not declared."""
 
 import numpy as np
 import pytest
@@ -21,9 +21,7 @@ def pt1(cutoff):
 def notch(centre, q):
     turn = 2 * np.pi * centre
     alpha = np.sin(turn) / (2 * q)
-    return np.array([1, -2 * np.cos(turn), 1]), np.array(
-        [1 + alpha, -2 * np.cos(turn), 1 - alpha]
-    )
+    return np.array([1, -2 * np.cos(turn), 1]), np.array([1 + alpha, -2 * np.cos(turn), 1 - alpha])
 
 
 def series(one, other):

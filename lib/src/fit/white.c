@@ -634,9 +634,13 @@ bool davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result)
     return fit_white(plan, rate_hz, result);
 }
 
-/* Do the sizes with differences have enough weight to stand in for the others? */
+/* Are the sizes with differences those of the plan, or do they have enough weight to stand in for the
+ * others? */
 static bool carries(const davar_plan_t *plan, int usable)
 {
+    if (usable >= (int)plan->count) {
+        return usable == (int)plan->count;
+    }
     const int64_t weight = weight_of_sizes(plan, usable);
     return (usable >= CARRYING_LEAST) && (weight >= (WEIGHT_ONE / 2)) &&
            (weight <= (2 * WEIGHT_ONE));
@@ -644,8 +648,7 @@ static bool carries(const davar_plan_t *plan, int usable)
 
 bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *result)
 {
-    const int usable = usable_of(plan, result);
-    if ((usable < (int)plan->count) && !carries(plan, usable)) {
+    if (!carries(plan, (int)davar_fit_usable(result))) {
         write_nothing(result);
         return false;
     }

@@ -1,9 +1,9 @@
 """The filter of a fitted model as the device declares it: davar_filter_t in C, and --bandwidth.
 
 The export knows one low-pass of order 1 or 2, sampled with its images or bilinear, then equal
-moving averages; the device knows any coefficients (lib/include/davar/filter.h). The file lists the cluster sizes at which white noise after that
-filter has the Allan deviation of everything in the model but its drifts, and the options with which
-davar-sim reads the same recording (DESIGN 11)."""
+moving averages; the device knows any coefficients (lib/include/davar/filter.h). The file lists the
+cluster sizes at which white noise after that filter has the Allan deviation of everything in the
+model but its drifts, and the options with which davar-sim reads the same recording (DESIGN 11)."""
 
 import math
 import textwrap
@@ -51,10 +51,10 @@ FLUCTUATIONS = {
 
 @dataclass
 class Declared:
-    """hz, order, response: of the low-pass; 0: none. percent: one standard error of hz. window: of the
-    device, in samples. sizes: the cluster sizes that it can use, of `octaves`. lsb: one count of
-    the recording, deg/s; 0: unknown. states_rate: davar-sim would read another rate. lost: samples
-    are missing, which davar-sim with --rate does not look for without --gap."""
+    """hz, order, response: of the low-pass; 0: none. percent: one standard error of hz. window: of
+    the device, in samples. sizes: the cluster sizes that it can use, of `octaves`. lsb: one count
+    of the recording, deg/s; 0: unknown. states_rate: davar-sim would read another rate. lost:
+    samples are missing, which davar-sim with --rate does not look for without --gap."""
 
     rate_hz: float
     hz: float = 0.0
@@ -455,8 +455,8 @@ def notes(found: Declared, model: Model, where: str, recording: str | None) -> l
             else f"that of the fit to {recording}, at least {LEAST_PERCENT:g} %"
         )
         said += [
-            f"Low-pass of order {found.order}, {found.response}, -3 dB at {found.hz:g} Hz. Its standard error of "
-            f"{found.percent:g} % is {doubt}. Another unit of this gyro may differ by more."
+            f"Low-pass of order {found.order}, {found.response}, -3 dB at {found.hz:g} Hz. Its "
+            f"standard error of {found.percent:g} % is {doubt}. Another unit of this gyro may differ by more."
         ]
     if found.averages:
         said += [f"Moving averages: {found.averages}, each of {found.length} samples."]
