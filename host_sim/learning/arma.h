@@ -1,5 +1,5 @@
 /* davar-sim - Whittle's likelihood of a spectrum for an ARMA model, DESIGN.md: white noise, a flicker
- * and a random walk that pass a filter of so many poles and zeros, and rounding after it. */
+ * and a random walk that pass a filter of N poles and N zeros, and rounding after it. */
 #ifndef ARMA_H
 #define ARMA_H
 
@@ -35,11 +35,11 @@ typedef struct {
     double sigma; /* standard error of the first number */
 } arma_t;
 
-/* Finds the most likely model of so many poles and zeros. `fewer`: that of one order less, where a
+/* Finds the most likely model of that many poles and zeros. `fewer`: that of one order less, where a
  * search begins too; not read for order 0. */
 void arma_fit(const arma_data_t *data, unsigned order, const arma_t *fewer, arma_t *best);
 
-/* The same model without drifts, fitted again; its loss is infinite if it is no low-pass. */
+/* The same model without drifts, fitted again; its loss is infinite if it is not a low-pass. */
 arma_t arma_steady(const arma_data_t *data, const arma_t *model);
 
 /* The spectrum of the model at an angle, with rounding, where a known part has this gain. */

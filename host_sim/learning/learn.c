@@ -410,7 +410,7 @@ void learn_describe(const learned_t *learned, double rate_hz, char text[LEARN_TE
         [LEARN_FOUND] = "",
         [LEARN_NONE] = "white up to half the sample rate, no filter",
         [LEARN_VAGUE] = "filter unknown: the spectrum leaves open how much noise there is before "
-                        "it; a longer recording at rest tells more",
+                        "it; record longer at rest",
         [LEARN_WIDE] = "filter unknown: the recording is white but too short to exclude a wide "
                        "low-pass",
         [LEARN_MISFIT] = "filter unknown: no filter of up to 8 poles explains the spectrum, for "

@@ -26,7 +26,9 @@ static void expect(part_t *part, bool good)
 static bool skip(part_t *part, char c)
 {
     const bool is_there = (part->at != NULL) && (part->at < part->end) && (*part->at == c);
-    part->at += is_there ? 1 : 0;
+    if (is_there) {
+        part->at++;
+    }
     return is_there;
 }
 
@@ -174,9 +176,10 @@ static const struct {
 };
 #define COUNT (sizeof PARTS / sizeof PARTS[0])
 
-static const char SERIES[] = "a series of up to 8 poles and 31 zeros that forgets a sample within "
-                             "1024, an analogue low-pass only as its first part and sum:N as its "
-                             "last";
+static const char SERIES[] =
+    "a series of up to 8 poles and 31 zeros with a memory of "
+    "up to 1024 samples, an analogue low-pass only as its first part and sum:N as its "
+    "last";
 
 static const char FORMS[] =
     "parts with + between them: HZ[:ORDER[:PERCENT]], biquad:HZ, pt1:HZ, notch:HZ:Q, "

@@ -2,13 +2,13 @@
  * the order in which the noise passes them, or none.
  *
  * - HZ[:ORDER[:PERCENT]]: an analogue low-pass of 1 or 2 poles (2) with its -3 dB frequency, known
- *   to so many percent (10); only as the first part
+ *   to PERCENT (10); only as the first part
  * - biquad:HZ, pt1:HZ, notch:HZ:Q, each with [:PERCENT] (0): digital, at the sample rate
  * - average[ORDER]:N: ORDER (1) moving averages of N samples
  * - cic[ORDER]:N: the same, then every N-th sample is kept
  * - sum:N: the sums of N samples that davar_average makes; only as the last part
  * - ba:B0,B1,..[:A1,A2,..[:PERCENT]]: coefficients at the sample rate; the angle random walk behind
- *   them is known to so many percent (0)
+ *   them is known to PERCENT (0)
  *
  * The sample rate is that of the samples at the place of the part. */
 #ifndef BANDWIDTH_H

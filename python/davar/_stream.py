@@ -297,14 +297,15 @@ def dynamic(
         arith: "fixed" (default): integer counts. "float": float32 samples.
         full_scale: with arith="float": larger samples, deg/s, saturate. By default a power of two
             that covers the record.
-        bandwidth: the filter between the gyro's noise and x: the -3 dB frequency of a low-pass, Hz
-            (data sheet), or "HZ:ORDER:PERCENT" (1 or 2 poles, default 2; known to 10 %);
-            "average:N", a moving average; "cic:N", every N-th sample of it; "sum:N", sums of N
-            counts; "HZ+average:N", both; or "none", white noise. "auto" learns it from the whole
-            record, which needs 4352 samples at rest; the attribute bandwidth of the result is what
-            was found. Default: unknown, and results that a filter could falsify are withheld (NaN,
-            and True in the column `filtered`), with a warning if they are more than a few. Law
-            glr whitens for it.
+        bandwidth: the filter between the gyro and x, as davar-sim takes it: "HZ:ORDER:PERCENT",
+            an analogue low-pass (-3 dB in Hz as in the data sheet, 1 or 2 poles, default 2; known to
+            10 %); "biquad:HZ", "pt1:HZ", "notch:HZ:Q", digital ones at the sample rate;
+            "average:N"; "cic:N", every N-th sample of it; "sum:N", sums of N counts;
+            "ba:B0,B1,..:A1,A2,..", coefficients; several with "+" between them; or "none", white
+            noise. "auto" learns it from the whole record, which needs 4352 samples at rest; the
+            attribute bandwidth of the result is what was found. Default: unknown, and results that
+            a filter could falsify are withheld (NaN, and True in the column `filtered`), with a
+            warning if they are more than a few. Law glr whitens for it.
         law: rule for the length of the window: "fixed", "kurtosis", "or" (default), "and",
             "glr".
         mode: the epoch is the centre of the window ("centred", the default without glr) or its

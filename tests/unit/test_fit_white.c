@@ -458,6 +458,29 @@ static void test_sizes_without_differences_are_left_out(void)
     }
 }
 
+/* What stands in is bounded, and needs half of the weight. */
+static void test_few_sizes_do_not_stand_in_for_the_weight(void)
+{
+    static const uint32_t m[] = {1U, 2U, 4U, 8U, 16U, 32U, 64U};
+    for (int vague = 0; vague < 2; vague++) {
+        davar_filter_t filter = {.b = {0.0}};
+        if (vague != 0) {
+            davar_filter_low_pass(&filter, 0.05, 1U, 0.5);
+        } else {
+            davar_filter_biquad(&filter, 0.05);
+        }
+        set_taus(600U, m, 7U);
+        davar_plan_init_filtered(&plan, m, 7U, &filter);
+        for (uint8_t t = 0U; t < 7U; t++) {
+            result.tau[t].adev = (t == 0U) ? 1e6 : 1e-6;
+            result.tau[t].differences = (t < 3U) ? result.tau[t].differences : 0U;
+        }
+        (void)davar_fit_white_ready(&plan, 1.0, &result);
+        TEST_ASSERT_EQUAL(vague != 0, result.noise == DAVAR_NOISE_UNKNOWN);
+        TEST_ASSERT_FALSE(result.coefficient[WHITE].present);
+    }
+}
+
 static void test_a_window_without_a_difference_gives_no_values(void)
 {
     static const uint32_t m[] = {1U, 2U, 4U};
@@ -481,6 +504,7 @@ int main(void)
     RUN_TEST(test_the_misfit_is_where_the_formula_puts_it);
     RUN_TEST(test_a_precomputed_plan_gives_the_same_result);
     RUN_TEST(test_sizes_without_differences_are_left_out);
+    RUN_TEST(test_few_sizes_do_not_stand_in_for_the_weight);
     RUN_TEST(test_a_window_without_a_difference_gives_no_values);
     return UNITY_END();
 }

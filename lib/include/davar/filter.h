@@ -25,28 +25,28 @@ extern "C" {
  * SciPy and MATLAB print them, and then moving averages. All zeros: no filter. The gain at
  * frequency 0 is ignored: davar assumes that it is 1.
  *
- * Set the coefficients, or let the functions below fill them from what a data sheet or a firmware
- * says. The fields are in their ranges if davar_filter_is_valid. */
+ * Set the coefficients, or let the functions below fill them for the filters of data sheets and
+ * firmware. The fields are in their ranges if davar_filter_is_valid. */
 typedef struct davar_filter {
     double b[DAVAR_FILTER_ZEROS + 1U]; /**< numerator; unused entries are 0 */
     double a[DAVAR_FILTER_POLES + 1U]; /**< denominator; a[0] is 1, or all are 0: no poles */
     double uncertainty; /**< relative standard uncertainty of the frequency axis, 0 to 0.5 */
-    double level; /**< ... of the angle random walk behind a filter that was learned, 0 to 0.5 */
+    double level; /**< ... of the angle random walk after a filter that was learned, 0 to 0.5 */
     /** Of the counts that a sample is the sum of, for white noise of density 1: the variance of
      * one, and half the mean square of the difference of two. Only if summed is above 1. */
     double count_variance, count_step;
-    uint16_t length;  /**< samples in each moving average, from 1 on */
+    uint16_t length;  /**< samples in each moving average, at least 1 */
     uint16_t summed;  /**< counts that are added up in a sample; 0 and 1: a sample is one count */
     uint8_t averages; /**< moving averages in series, 0 to 8; averages * length is at most
                          DAVAR_FILTER_SPAN */
 } davar_filter_t;
 
-/** @name What is in series
+/** @name Parts in series
  * Each function appends a part to *filter, in the order in which the noise passes them; begin with
  * all zeros. Frequencies are over the rate of the samples at this place: davar_filter_cic and
- * davar_filter_sum lower it for what follows. A part out of its range, or one too many for
+ * davar_filter_sum lower it for later parts. A part out of its range, or one too many for
  * DAVAR_FILTER_ZEROS and DAVAR_FILTER_POLES, makes the filter invalid for good, which
- * davar_filter_is_valid tells. Cost: below 10 000 operations in doubles, for davar_filter_cic and
+ * davar_filter_is_valid reports. Cost: below 10 000 operations in doubles, for davar_filter_cic and
  * davar_filter_sum 3000 times `length` more.
  *
  * Formulas (5.20) to (5.22). @{ */

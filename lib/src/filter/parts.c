@@ -28,7 +28,7 @@ static bool multiply_polynomial(double whole[], uint32_t most, const double part
     if ((order + part_order) > most) {
         return false;
     }
-    if ((order == 0U) && !(whole[0] < 0.0) && !(whole[0] > 0.0)) {
+    if ((order == 0U) && davar_filter_is_zero(whole[0])) {
         whole[0] = 1.0;
     }
     for (uint32_t i = order + part_order + 1U; i > 0U; i--) {
@@ -73,7 +73,7 @@ void davar_filter_ba(davar_filter_t *filter, const double *b, unsigned b_count, 
 static void factor_pair(double at_0, double at_1, double b[2])
 {
     const double rest = squared(at_0) - 4.0 * squared(at_1);
-    b[0] = davar_root(0.5 * (at_0 + davar_root((rest > 0.0) ? rest : 0.0)));
+    b[0] = davar_root(0.5 * (at_0 + davar_root(rest)));
     b[1] = at_1 / b[0];
 }
 

@@ -29,15 +29,10 @@ complex_t davar_exponential(complex_t z)
 
 /* --- the power gain --- */
 
-static bool is_zero(double c)
-{
-    return !(c < 0.0) && !(c > 0.0);
-}
-
 uint32_t davar_filter_order(const double c[], uint32_t most)
 {
     uint32_t order = most;
-    while ((order > 0U) && is_zero(c[order])) {
+    while ((order > 0U) && davar_filter_is_zero(c[order])) {
         order--;
     }
     return order;
@@ -53,7 +48,7 @@ static double polynomial_power(const double c[], uint32_t count, complex_t z)
         sum.re += c[k - 1U];
     }
     const double power = squared(sum.re) + squared(sum.im);
-    return ((order == 0U) && is_zero(c[0])) ? 1.0 : power;
+    return ((order == 0U) && davar_filter_is_zero(c[0])) ? 1.0 : power;
 }
 
 /* Power gain of the moving averages at half the angle `half`. */
@@ -176,9 +171,6 @@ static double power_beyond(const double c[], uint32_t count, double z)
     const uint32_t order = davar_filter_order(c, count - 1U);
     double at = 0.0;
     double at_inverse = 0.0;
-    if (is_zero(c[order])) {
-        return 1.0;
-    }
     for (uint32_t k = 0U; k <= order; k++) {
         at = (at * z) + c[order - k];
         at_inverse = (at_inverse / z) + c[order - k];

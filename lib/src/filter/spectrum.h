@@ -33,6 +33,11 @@ static inline double squared(double x)
 /* e^z for |z| below 16: a series near 0, then squared. */
 complex_t davar_exponential(complex_t z);
 
+static inline bool davar_filter_is_zero(double c)
+{
+    return (c <= 0.0) && (c >= 0.0);
+}
+
 /* Index of the last coefficient that is not 0; 0 if there is none. */
 uint32_t davar_filter_order(const double c[], uint32_t most);
 

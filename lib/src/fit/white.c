@@ -22,6 +22,7 @@ _Static_assert(DAVAR_TAUS_MAX <= 32, "sums of products with a functional");
 #define NEAR_SHIFT 7U
 
 #define WEIGHT_ONE (INT64_C(1) << DAVAR_FIT_FUNCTIONAL_BITS)
+#define STOOD_IN_MOST (UINT32_C(1) << 28U) /* as an aligned y */
 #define CARRYING_LEAST 3 /* with differences, in a window of a plan from the host */
 
 /* Least amplitude of white noise: enough bits for a root and a reciprocal. */
@@ -99,7 +100,7 @@ static void stand_in(const davar_plan_t *plan, davar_white_t *white)
     const scaled_t weight = scaled_of_u64((uint64_t)weight_of_sizes(plan, white->usable), 0);
     const uint32_t y = davar_scaled_to_fixed(scaled_quotient(found, weight), 0);
     for (int t = white->usable; t < plan->count; t++) {
-        white->y[t].mantissa = (y < SCALED_TOP) ? y : SCALED_TOP;
+        white->y[t].mantissa = (y < STOOD_IN_MOST) ? y : STOOD_IN_MOST;
     }
 }
 
@@ -641,9 +642,7 @@ static bool carries(const davar_plan_t *plan, int usable)
     if (usable >= (int)plan->count) {
         return usable == (int)plan->count;
     }
-    const int64_t weight = weight_of_sizes(plan, usable);
-    return (usable >= CARRYING_LEAST) && (weight >= (WEIGHT_ONE / 2)) &&
-           (weight <= (2 * WEIGHT_ONE));
+    return (usable >= CARRYING_LEAST) && (weight_of_sizes(plan, usable) >= (WEIGHT_ONE / 2));
 }
 
 bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *result)
