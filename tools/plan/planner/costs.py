@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from . import programs
-from .design import BLOCK, GAPS_LEAST, NUMBER, Design
+from .design import BLOCK, NUMBER, Design
 
 Features = Callable[[Design], list[float]]
 
@@ -57,7 +57,7 @@ def ram_bytes(design: Design, sizes: dict[str, Any], other: int) -> int:
     """Exact: the memory is that of the library's macros, the sizes of types are those of the core's
     compiler. other: what the C library adds."""
     axes, pointer, (base, of_tau) = design.wishes.axes, sizes["pointer"], sizes["result"]
-    instance = programs.memory(pointer, *design.memory) + 4 * (design.gaps - GAPS_LEAST)
+    instance = programs.memory(pointer, *design.memory) + design.gap_bytes
     total: int = axes * (round8(instance) + sizes["instance"])
     total += round8(base + of_tau * design.taus_max) + plan_bytes(design, sizes) + other
     if design.cascade_taus:

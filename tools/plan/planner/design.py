@@ -67,6 +67,11 @@ class Design:
         return min(count + count % 2, GAPS_MOST)
 
     @property
+    def gap_bytes(self) -> int:
+        """Of an instance, beyond the macro, which has room for the least."""
+        return 4 * (self.gaps - GAPS_LEAST)
+
+    @property
     def taus_s(self) -> list[float]:
         """All averaging times."""
         return [m / self.wishes.rate_hz for m in self.taus + self.long_taus]

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from . import programs
-from .design import BLOCK, CASCADE_CLUSTERS, GAPS_LEAST, NUMBER, Design
+from .design import BLOCK, CASCADE_CLUSTERS, NUMBER, Design
 
 SUFFIX = {type: name.lower() for type, name in NUMBER.items()}
 SAMPLE = {"int16": "int16_t", "int32": "int32_t", "float": "float"}
@@ -60,8 +60,8 @@ def _memory(design: Design) -> str:
     if design.law == "glr":
         del settings["shortest"], settings["stride"]
     named = ", ".join(f"{name}({value})" for name, value in {**settings, "taus": taus}.items())
-    more = f" + {4 * (design.gaps - GAPS_LEAST)}U"  # the macro has room for the least
-    return f"(DAVAR_MEMORY{'_' * bool(of_law)}{of_law}({number}, {named}){more})"
+    macro = f"DAVAR_MEMORY{'_' * bool(of_law)}{of_law}({number}, {named})"
+    return f"({macro} + {design.gap_bytes}U)"
 
 
 HEADER = """/* {title}
