@@ -298,8 +298,8 @@ def dynamic(
         full_scale: with arith="float": larger samples, deg/s, saturate. By default a power of two
             that covers the record.
         bandwidth: the filter between the gyro and x, as davar-sim takes it: "HZ:ORDER:PERCENT",
-            an analogue low-pass (-3 dB in Hz as in the data sheet, 1 or 2 poles, default 2; known to
-            10 %); "biquad:HZ", "pt1:HZ", "notch:HZ:Q", digital ones at the sample rate;
+            an analogue low-pass (-3 dB in Hz as in the data sheet; 1 or 2 poles, default 2; known
+            to 10 %); "biquad:HZ", "pt1:HZ", "notch:HZ:Q", digital ones at the sample rate;
             "average:N"; "cic:N", every N-th sample of it; "sum:N", sums of N counts;
             "ba:B0,B1,..:A1,A2,..", coefficients; several with "+" between them; or "none", white
             noise. "auto" learns it from the whole record, which needs 4352 samples at rest; the

@@ -8,6 +8,7 @@ import subprocess
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from planner import BadOption, choice, costs, plan, programs, report, sensors, wishes
 from planner_case import (
@@ -23,6 +24,7 @@ from planner_case import (
     smallest,
 )
 from recorded import assert_recorded, cases
+from scipy import signal
 
 PLANS = Path(__file__).with_name("recorded_plans.txt")
 SLOW_CORE = "--rate 8000 --axes 3 --lsb 0.06 --bandwidth 2000 --core cortex-m0"
@@ -330,3 +332,15 @@ def test_what_it_suggests_to_relax_is_the_nearest_that_helps(words):
             continue
         again = " ".join(word for pair in (given | nearer).items() for word in pair)
         assert command(again).status == 1, one
+
+
+@pytest.mark.parametrize("order, share", ((1, 0.25), (1, 0.5), (2, 0.5), (2, 1.2)))
+def test_aliased_noise_is_stated(order, share):
+    """Of white noise after a low-pass at 64 times the rate, of which every 64th sample is kept."""
+    response = signal.butter(order, share * 2 / 64, output="sos")
+    frequencies = np.arange(1, 64) / 64
+    _, gain = signal.sosfreqz(response, 2 * np.pi * frequencies)
+    more = 100 * (np.sqrt(1 + np.sum(np.abs(gain) ** 2)) - 1)
+    words = f"--rate 100 --lsb 0.05 --bandwidth {100 * share:g}:{order} --core cortex-m4f"
+    (said,) = [line for line in planned(words)["remarks"] if "aliased" in line]
+    assert float(re.search(r"is ([\d.]+) %", said)[1]) == pytest.approx(more, rel=0.05)

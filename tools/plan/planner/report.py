@@ -1,6 +1,7 @@
 """A plan as a person reads it, and as JSON."""
 
 import math
+import re
 from typing import Any
 
 from . import text
@@ -8,6 +9,7 @@ from .choice import Impossible, Plan, for_all_terms, number
 from .design import WINDOW_MOST, WINDOWS, noise_counts
 
 CLOCK_OF_EVERY_CHIP_MHZ = 16
+ALIASED_LEAST = 0.02  # of ARW, that is worth a remark
 FIT = {
     "arw": "ARW",
     "curve": "ARW, and the Allan curve with intervals",
@@ -174,6 +176,16 @@ def _of_clock(plan: Plan) -> list[str]:
     return []
 
 
+def aliased(bandwidth: str | None, rate_hz: float) -> float:
+    """By how much an analogue low-pass, sampled, raises ARW over that of the gyro: a share."""
+    found = re.fullmatch(r"([0-9.e]+)(?::([12]).*)?", bandwidth or "")
+    if not found:
+        return 0.0
+    share, order = float(found[1]) / rate_hz, int(found[2] or 2)
+    images = sum(2 / (1 + (k / share) ** (2 * order)) for k in range(1, 1000))
+    return math.sqrt(1 + images) - 1
+
+
 def remarks(plan: Plan) -> list[str]:
     """What the user should check."""
     wishes, found = plan.design.wishes, [*_of_wishes(plan), *_of_clock(plan)]
@@ -186,6 +198,12 @@ def remarks(plan: Plan) -> list[str]:
         found.append(
             f"set the gyro to the low-pass of this plan, {wishes.bandwidth} (Hz:order), "
             "or state yours with --bandwidth"
+        )
+    more = aliased(wishes.bandwidth, wishes.rate_hz)
+    if more > ALIASED_LEAST:
+        found.append(
+            "noise above half the rate is aliased: the ARW of the samples is "
+            f"{number(100 * more)} % above that of the gyro"
         )
     counts = noise_counts(wishes)
     if 0 < counts < 1:

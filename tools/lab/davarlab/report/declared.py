@@ -456,7 +456,8 @@ def notes(found: Declared, model: Model, where: str, recording: str | None) -> l
         )
         said += [
             f"Low-pass of order {found.order}, {found.response}, -3 dB at {found.hz:g} Hz. Its "
-            f"standard error of {found.percent:g} % is {doubt}. Another unit of this gyro may differ by more."
+            f"standard error of {found.percent:g} % is {doubt}. Another unit of this gyro may "
+            "differ by more."
         ]
     if found.averages:
         said += [f"Moving averages: {found.averages}, each of {found.length} samples."]
