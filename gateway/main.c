@@ -299,7 +299,7 @@ static bool start_library(gateway_t *gateway, sim_error_t *error)
                                     cascade_bytes);
     }
     davar_curve_plan(curve, &gateway->plan,
-                     (settings->setup.filter != NULL) ? &settings->filter : NULL);
+                     (settings->setup.filter[0] != '\0') ? &settings->filter : NULL);
     return (cascade == DAVAR_CASCADE_OK) ||
            sim_fail(error, "--longest-tau: %s", davar_cascade_status_text(cascade));
 }

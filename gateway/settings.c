@@ -235,7 +235,7 @@ static bool configure(node_settings_t *settings, sim_error_t *error)
         config->stride =
             (config->window.longest < STRIDE_USUAL) ? config->window.longest : STRIDE_USUAL;
     }
-    const bool declares = (setup->filter != NULL);
+    const bool declares = (setup->filter[0] != '\0');
     if (!setup_check(config, false, error) ||
         (declares && !setup_filter(setup, config->rate_hz, &settings->filter, error))) {
         return false;

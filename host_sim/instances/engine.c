@@ -70,7 +70,7 @@ static bool declare(engine_t *engine, const learned_t *learned, const options_t 
                sim_fail(error, "--bandwidth auto: a device takes one filter for all columns; give "
                                "one --column, or the filter");
     }
-    if (options->setup.filter == NULL) {
+    if (options->setup.filter[0] == '\0') {
         return true;
     }
     engine->declared = &engine->filter;

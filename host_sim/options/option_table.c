@@ -64,7 +64,7 @@ static bool read_filter(const option_t *option, const char *text, void *place, s
     setup_t *const setup = &options->setup;
     (void)option;
     options->learns_filter = (strcmp(text, "auto") == 0);
-    setup->filter = NULL;
+    setup->filter[0] = '\0';
     return options->learns_filter || setup_read_filter(setup, text, "; or auto", error);
 }
 

@@ -6,6 +6,7 @@
 #include "davar/fit.h"
 
 #include <math.h>
+#include <string.h>
 
 #define GLR_BLOCKS 600U
 
@@ -173,9 +174,15 @@ bool setup_read_filter(setup_t *setup, const char *text, const char *other, sim_
 {
     davar_filter_t filter;
     const char *const expected = bandwidth_read(text, 0.0, &filter);
-    setup->filter = text;
-    return (expected == NULL) ||
-           sim_fail(error, "--bandwidth: expected %s%s, found '%s'", expected, other, text);
+    if (expected != NULL) {
+        return sim_fail(error, "--bandwidth: expected %s%s, found '%s'", expected, other, text);
+    }
+    if (strlen(text) >= sizeof setup->filter) {
+        return sim_fail(error, "--bandwidth: at most %u characters expected, found %zu",
+                        SETUP_FILTER - 1U, strlen(text));
+    }
+    memcpy(setup->filter, text, strlen(text) + 1U);
+    return true;
 }
 
 bool setup_filter(const setup_t *setup, double rate_hz, davar_filter_t *filter, sim_error_t *error)

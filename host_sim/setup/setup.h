@@ -21,12 +21,14 @@ typedef enum {
     ENGINE_GRID,
 } engine_choice_t;
 
+#define SETUP_FILTER 1024U /* characters of a filter: 40 coefficients in full precision */
+
 /* The values of the options. Those of a program begin with them. */
 typedef struct {
-    double rate_hz;     /* 0: not given, also below */
-    double lsb;         /* unit per count */
-    bool skips_torn;    /* --skip-torn-reads */
-    const char *filter; /* --bandwidth FILTER, whose form is good; null: none is declared */
+    double rate_hz;            /* 0: not given, also below */
+    double lsb;                /* unit per count */
+    bool skips_torn;           /* --skip-torn-reads */
+    char filter[SETUP_FILTER]; /* --bandwidth FILTER, whose form is good; "": undeclared */
     davar_law_id_t law;
     optional_u32_t window_max;
     optional_u32_t window_min;
@@ -81,7 +83,7 @@ bool setup_check(const davar_config_t *config, bool is_float, sim_error_t *error
 /* Reports an error of the library as "--option: cause". Returns false. */
 bool setup_fail(davar_status_t status, bool is_float, sim_error_t *error);
 
-/* Reads the value of --bandwidth, which stays where it is, and checks its form. `other`: what else
+/* Reads the value of --bandwidth, and checks its form. `other`: what else
  * the option takes, for the error message. */
 bool setup_read_filter(setup_t *setup, const char *text, const char *other, sim_error_t *error);
 

@@ -171,7 +171,9 @@ def test_a_line_names_the_reason_and_the_slow_terms():
 
 def test_davar_sim_gives_the_same_reasons_with_the_same_limit():
     source = re.sub(r'"\s*"', "", (ROOT / "host_sim/output/report.c").read_text())
-    hidden = "the noise is below half a count, so rounding hides the angle random walk"
+    hidden = (
+        "the noise, or its step from sample to sample, is below half a count, so rounding hides"
+    )
     low = "the short cluster sizes read low, as after a low-pass"
     for reason, text in (("filtered", low), ("coarse", hidden)):
         assert text in source

@@ -10,7 +10,8 @@ REASONS = {
     "example. Use a longer window, and davar_fit where the firmware calls davar_fit_white",
     "constant": "no count changes: the noise is below one count, or the sensor is stuck. Check the "
     "sensor, or use a finer count (a smaller range, or more bits)",
-    "coarse": "the noise is below half a count, so rounding hides the angle random walk. Use a "
+    "coarse": "the noise, or its step from sample to sample, is below half a count, so rounding "
+    "hides the angle random walk. Use a "
     "finer count (a smaller range, or more bits). Content intervals also sends the upper limit",
     "filtered": "the short cluster sizes read low, as after a low-pass that is not declared, or "
     "they contradict the declared one. Give the gyro's bandwidth (data sheet: LPF, -3 dB) to the "
