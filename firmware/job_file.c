@@ -94,9 +94,11 @@ static bool start(job_file_t *file, uint32_t channel, davar_t *davar)
 
 int job_file_open(job_file_t *file, const char *path, davar_t *instances)
 {
-    uint64_t words[DAVAR_JOB_WORDS];
+    _Static_assert(DAVAR_JOB_WORDS <= JOB_FILE_POOL_WORDS, "the pool holds the header of a job");
+    uint64_t *const words = file->pool; /* no instance has it yet */
+    const size_t bytes = DAVAR_JOB_WORDS * sizeof *words;
     file->handle = board_open(path, false);
-    if ((file->handle < 0) || (board_read(file->handle, words, sizeof words) != sizeof words)) {
+    if ((file->handle < 0) || (board_read(file->handle, words, bytes) != bytes)) {
         return JOB_NO_FILE;
     }
     davar_job_t *const job = &file->job;
