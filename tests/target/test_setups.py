@@ -10,8 +10,6 @@ from planner import choice
 from planner.wishes import read
 
 WITHIN = 0.05
-# Of law glr, which reaches them after a rare sequence of blocks: bounds.
-BOUNDS_OF_GLR = ("push_stack_bytes", "worst_push_instructions")
 FIGURES = (
     "flash_bytes",
     "push_stack_bytes",
@@ -53,16 +51,6 @@ def runs():
             yield pytest.param(core, words, marks=pytest.mark.soak if is_soaked else [])
 
 
-def is_bound(design, figure):
-    """The planner states a bound. On a grid, the most expensive push of a cascade meets that of the
-    window only with some strides.
-    """
-    if design.law == "glr":
-        return figure in BOUNDS_OF_GLR
-    meets = design.engine == "grid" and design.cascade_taus
-    return bool(meets) and figure == "worst_push_instructions"
-
-
 @pytest.mark.parametrize("core, words", list(runs()))
 def test_a_setup_costs_what_its_plan_states(core, words, tmp_path):
     plan = choice.plan(read([*words.split(), "--core", core], targets.BARE).wishes)
@@ -72,4 +60,4 @@ def test_a_setup_costs_what_its_plan_states(core, words, tmp_path):
     for figure in FIGURES:
         ratio = found[figure] / getattr(plan.cost, figure)
         assert ratio <= 1 + WITHIN, figure
-        assert ratio >= 1 - WITHIN or is_bound(plan.design, figure), figure
+        assert ratio >= 1 - WITHIN or setup_cost.is_bound(plan.design, figure), figure

@@ -417,6 +417,17 @@ def core_table(core: str) -> dict[str, Any]:
     return table
 
 
+def is_bound(design: Design, figure: str) -> bool:
+    """Is the planned figure one that few runs reach? Law glr reaches its worst after a rare
+    sequence of blocks; on a grid, the most expensive push of a cascade meets that of the window
+    only with some strides.
+    """
+    if design.law == "glr":
+        return figure in ("push_stack_bytes", "worst_push_instructions")
+    meets = design.engine == "grid" and design.cascade_taus
+    return bool(meets) and figure == "worst_push_instructions"
+
+
 def main() -> int:
     try:
         with ThreadPoolExecutor(os.cpu_count()) as pool:

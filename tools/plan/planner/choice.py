@@ -323,7 +323,22 @@ def _together(wishes: Wishes, percent: float, nearest: Plan, of_core: Any) -> li
     if not _useful(nearest):
         return []
     needed = {option: NEEDS[option][0](nearest) for option in excess(nearest, percent)}
-    return _enough(wishes, needed, of_core)
+    return _enough(wishes, needed, of_core) or _later(wishes, of_core)
+
+
+def _later(wishes: Wishes, of_core: Any) -> list[Relaxed]:
+    """The nearest later response that one limit makes possible, and this limit. Candidates depend
+    on the response, so that the nearest plan need not be one for the response that it promises.
+    """
+    if wishes.respond_s is None:
+        return []
+    for factor in LENGTHEN:
+        later = Relaxed("--respond", number(wishes.respond_s * factor))
+        other = with_option(wishes, later.option, later.value)
+        plans = [(percent, group) for percent, group in _plans(other, of_core) if group]
+        for limit in _relaxed_limits(other, plans, of_core):
+            return [later, limit]
+    return []
 
 
 def _too_long(wishes: Wishes) -> Impossible:
