@@ -135,8 +135,8 @@ typedef struct {
 static void differentiate(const arma_data_t *data, const arma_t *model, const double spectrum[],
                           const double passed[], double (*slope)[ARMA_BINS_MOST])
 {
-    static double moved_spectrum[ARMA_BINS_MOST];
-    static double moved_passed[ARMA_BINS_MOST];
+    double moved_spectrum[ARMA_BINS_MOST];
+    double moved_passed[ARMA_BINS_MOST];
     const unsigned numbers = FIRST_POLE + (2U * model->order);
     for (size_t i = 0U; i < data->count; i++) {
         const double angle = data->bin[i].angle;
@@ -240,9 +240,9 @@ static double sigma_of(const normal_t *given, unsigned numbers)
 
 static void improve(const arma_data_t *data, arma_t *model)
 {
-    static double spectrum[ARMA_BINS_MOST];
-    static double passed[ARMA_BINS_MOST];
-    static double slope[ARMA_NUMBERS][ARMA_BINS_MOST];
+    double spectrum[ARMA_BINS_MOST];
+    double passed[ARMA_BINS_MOST];
+    double slope[ARMA_NUMBERS][ARMA_BINS_MOST];
     const unsigned numbers = FIRST_POLE + (2U * model->order);
     normal_t normal;
     double damp = 1e-3;
@@ -372,7 +372,8 @@ void arma_fit(const arma_data_t *data, unsigned order, const arma_t *fewer, arma
         try_from(data, &start, best);
         return;
     }
-    for (int sign = -1; sign <= 1; sign += 2) {
+    const bool has_fewer = (fewer->order + 1U == order); /* otherwise none was a low-pass */
+    for (int sign = -1; has_fewer && (sign <= 1); sign += 2) {
         start = extended(fewer, 0.3 * sign);
         try_from(data, &start, best);
     }

@@ -176,7 +176,7 @@ static double criterion(const data_t *data, const arma_t *model)
     return model->loss + 0.5 * (1.0 + 2.0 * model->order) * log(independent);
 }
 
-/* The bins behind a filter that is known. */
+/* The bins after a filter that is known. */
 static void pass(arma_data_t *bins, const davar_filter_t *filter)
 {
     for (size_t i = 0U; i < bins->count; i++) {
@@ -202,16 +202,17 @@ typedef struct {
 
 static void fit_models(const data_t *data, models_t *models)
 {
-    static arma_data_t bins;
+    arma_data_t bins;
     fill_bins(data, &bins);
     models->count = 0U;
     models->best = 0U;
     for (unsigned p = 0U; (p <= ARMA_ORDER_MOST) && (p <= models->best + PATIENCE); p++) {
         arma_fit(&bins, p, (p > 0U) ? &models->model[p - 1U] : NULL, &models->model[p]);
-        const arma_t steady = arma_steady(&bins, &models->model[p]);
         models->drifting[p] = models->model[p];
-        if (steady.loss < models->model[p].loss + EXCLUDED) {
-            models->model[p] = steady;
+        if (models->model[p].loss < HUGE_VAL) {
+            const arma_t steady = arma_steady(&bins, &models->model[p]);
+            const bool is_better = steady.loss < models->model[p].loss + EXCLUDED;
+            models->model[p] = is_better ? steady : models->model[p];
         }
         models->criterion[p] = criterion(data, &models->model[p]);
         models->best = (models->criterion[p] < models->criterion[models->best]) ? p : models->best;
@@ -249,7 +250,7 @@ static double level_of(const models_t *models)
 /* Moving averages have more zeros than a model: the best of them alone. */
 static void fit_averages(const data_t *data, averages_t *best)
 {
-    static arma_data_t bins;
+    arma_data_t bins;
     fill_bins(data, &bins);
     *best = (averages_t){.criterion = HUGE_VAL};
     for (unsigned order = 1U; order <= AVERAGES_MOST; order++) {
@@ -305,7 +306,7 @@ static bool misfits(const data_t *data, const arma_t *model)
 /* The loss with a low-pass that is given. */
 static double loss_behind(const data_t *data, double cutoff, unsigned poles)
 {
-    static arma_data_t bins;
+    arma_data_t bins;
     davar_filter_t filter = {.b = {0.0}};
     arma_t model;
     davar_filter_low_pass(&filter, cutoff, poles, 0.0);
@@ -348,10 +349,13 @@ static learned_t judge(const data_t *data, const models_t *models, const average
 /* Fits, and leaves out what exceeds the fit, as a wide line does, until nothing does. */
 static learned_t learn(data_t *data)
 {
-    static models_t models;
-    static averages_t averages;
+    models_t models;
+    averages_t averages;
     leave_lines_out(data);
     for (size_t i = 0; i <= TRIMS; i++) {
+        if (3U * count_used(data) < 2U * data->ordinates) {
+            return (learned_t){.status = LEARN_MISFIT};
+        }
         fit_models(data, &models);
         fit_averages(data, &averages);
         const bool by_averages = averages.criterion < models.criterion[models.best];
@@ -361,17 +365,13 @@ static learned_t learn(data_t *data)
             break;
         }
     }
-    if (3U * count_used(data) < 2U * data->ordinates) {
-        return (learned_t){.status = LEARN_MISFIT};
-    }
     return judge(data, &models, &averages);
 }
 
 learned_t learn_filter(spectrum_t *spectrum, double rounding)
 {
-    static data_t data;
     const size_t given = spectrum->count;
-    data = (data_t){.ordinates = spectrum->ordinates, .rounding = rounding};
+    data_t data = {.ordinates = spectrum->ordinates, .rounding = rounding};
     const size_t segments = spectrum_median(spectrum, data.power);
     learned_t learned = {.status = LEARN_SHORT};
     if ((segments == 0U) && (given >= LEARN_SEGMENTS_LEAST)) {
@@ -451,7 +451,7 @@ static void append(char text[LEARN_TEXT], const char *format, ...)
 static void append_list(char text[LEARN_TEXT], const double c[], unsigned first, unsigned last)
 {
     for (unsigned k = first; k <= last; k++) {
-        append(text, "%s%.9g", (k > first) ? "," : ":", c[k]);
+        append(text, "%s%.17g", (k > first) ? "," : ":", c[k]);
     }
 }
 

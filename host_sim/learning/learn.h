@@ -38,7 +38,8 @@ bool learn_knows(const learned_t *learned);
 /* Writes what was learned, for example "a filter with -3 dB at 33.1 Hz (ARW known to 0.8 %)". */
 void learn_describe(const learned_t *learned, double rate_hz, char text[LEARN_TEXT]);
 
-/* Writes the same as a value of --bandwidth, "ba:.."; "" if nothing is known. */
+/* Writes the same as a value of --bandwidth, "ba:..", "averageORDER:N" or "none"; "" if nothing is
+ * known. */
 void learn_option(const learned_t *learned, char text[LEARN_TEXT]);
 
 #endif

@@ -156,11 +156,14 @@ static const struct {
     bool has_hz;
     const char *expected;
 } PARTS[] = {
-    {"biquad:", read_biquad, true, "biquad:HZ[:PERCENT] with HZ below half the sample rate there"},
+    {"biquad:", read_biquad, true,
+     "biquad:HZ[:PERCENT] with HZ from 0.002 to below 0.5 times the sample rate there"},
     {"pt1:", read_pt1, true,
      "pt1:HZ[:PERCENT] with HZ from 0.002 to 4 times the sample rate there"},
     {"notch:", read_notch, true,
-     "notch:HZ:Q[:PERCENT] with HZ below half the sample rate there and Q from 0.1 to 100"},
+     "notch:HZ:Q[:PERCENT] with HZ below half the sample rate there, Q from 0.1 to 100 and a "
+     "memory of "
+     "up to 1024 samples, as a smaller Q has it"},
     {"average:", read_average, false, "average:N with N to 1024"},
     {"average", read_average, false, "average[ORDER]:N with ORDER to 8 and ORDER times N to 1024"},
     {"cic:", read_cic, false, "cic:N with N to 4096"},
@@ -168,8 +171,7 @@ static const struct {
     {"sum:", read_sum, false, "sum:N with N to 4096, as the last part"},
     {"ba:", read_ba, false,
      "ba:B0,B1,..[:A1,A2,..[:PERCENT]] without A0, which is 1; 1 to 32 B whose sum is not 0, and "
-     "up "
-     "to 8 A that are stable and forget a sample within 1024"},
+     "up to 8 A that are stable and forget a sample within 1024"},
     {"", read_low_pass, true,
      "HZ[:ORDER[:PERCENT]] as the first part, with HZ from 0.002 to 4 times the sample rate there, "
      "order 1 or 2, at most 50 percent"},
@@ -211,8 +213,7 @@ static size_t form_of(const char *text)
 /* Why a part cannot be added: its own form, or the series. */
 static const char *reason(part_t part, size_t form)
 {
-    static davar_filter_t alone;
-    memset(&alone, 0, sizeof alone);
+    davar_filter_t alone = {.length = 0U};
     part.filter = &alone;
     PARTS[form].read(&part);
     return ((part.at == part.end) && davar_filter_is_valid(&alone)) ? SERIES : PARTS[form].expected;

@@ -92,9 +92,9 @@ void davar_plan_init(davar_plan_t *plan, const uint32_t *m, uint8_t count);
 void davar_plan_init_white(davar_plan_t *plan, const uint32_t *m, uint8_t count);
 
 /** The same for a gyro with `filter`, which is valid (asserted). The angle random walk is then that
- * of the samples at long cluster times, where no filter changes it. Behind an analogue low-pass that
- * is sampled, it includes the noise that is aliased. That of the gyro is lower by the root of x coth
- * x with x = pi cutoff for one pole, for example by 9 % at a cutoff of 0.25 of the rate.
+ * of the samples at long cluster times, where no filter changes it. After an analogue low-pass that
+ * is sampled, it includes the noise that is aliased: for one pole it is sqrt(x coth x) times that of
+ * the gyro with x = pi cutoff, for example 9 % more at a cutoff of 0.25 of the rate.
  * Cost: O(P T^2) in doubles, once, with P = 4 m[last], 64 to 16384 points.
  * Formula (5.16). */
 #define davar_plan_init_filtered DAVAR_SIZED(davar_plan_init_filtered)
@@ -133,7 +133,8 @@ bool davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result)
 /** Fits white noise with a plan that tools/davar-plan wrote for all cluster sizes of the result.
  * davar_plan_init and its helpers are then not linked. davar_fit_white gives the same results
  * if the window supports every cluster size. If gaps leave the longest sizes without a difference,
- * the others stand in for them, at least three; otherwise the noise is UNKNOWN. Cost: O(T). */
+ * the others stand in for them: at least three, with half of the weight of white noise; otherwise
+ * the noise is UNKNOWN. Cost: O(T). */
 #define davar_fit_white_ready DAVAR_SIZED(davar_fit_white_ready)
 bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *result);
 

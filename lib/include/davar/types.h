@@ -241,7 +241,7 @@ typedef struct {
 
 /** What a fit found in the window. */
 typedef enum {
-    /** not fitted yet, or no cluster size of the plan has a difference in this window */
+    /** not fitted yet, or too few cluster sizes of the plan have a difference in this window */
     DAVAR_NOISE_UNKNOWN = 0,
     DAVAR_NOISE_WHITE, /**< white noise explains the window: the angle random walk is present */
     /** white noise alone does not. davar_fit_white gives an upper bound of the angle random walk;
@@ -254,8 +254,8 @@ typedef enum {
      * bits */
     DAVAR_NOISE_COARSE,
     /** the short cluster sizes read low, as after a low-pass that is not declared (5.17), or
-     * contradict the declared filter (5.16). Everything is withheld. Declare the filter:
-     * davar_plan_init_filtered */
+     * contradict the declared filter (5.16). Every coefficient is absent; the angle random walk has
+     * an upper bound. Declare the filter: davar_plan_init_filtered */
     DAVAR_NOISE_FILTERED
 } davar_noise_t;
 

@@ -30,7 +30,7 @@ static inline double squared(double x)
     return x * x;
 }
 
-/* e^z for |z| below 16: a series near 0, then squared. */
+/* e^z for |z| below 32: a series near 0, then squared. */
 complex_t davar_exponential(complex_t z);
 
 static inline bool davar_filter_is_zero(double c)

@@ -240,8 +240,9 @@ static bool lacks(const davar_plan_t *plan, const davar_white_t *white)
 }
 
 /* |y - N^2| over N^2 and the rounding at this size, with which y scatters (5.15), as a share.
- * `own`: N^2 as a share. `free`: what rounding explains. `more`: by how much that divisor exceeds `sum`, in units of y, modulo
- * 2^32. Within `near` of 0, the division changes nothing that matters and is skipped. */
+ * `own` is N^2 as a share, and rounding explains `free`. The divisor exceeds `sum` by `more`, in
+ * units of y, modulo 2^32. Within `near` of 0, the division changes nothing that matters and is
+ * skipped. */
 static uint32_t deviation(const davar_white_t *white, int t, uint32_t own, uint32_t free,
                           uint32_t more, uint32_t near)
 {
@@ -635,8 +636,8 @@ bool davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result)
     return fit_white(plan, rate_hz, result);
 }
 
-/* Are the sizes with differences those of the plan, or do they have enough weight to stand in for the
- * others? */
+/* Are the sizes with differences those of the plan, or do they have enough weight to stand in for
+ * the others? */
 static bool carries(const davar_plan_t *plan, int usable)
 {
     if (usable >= (int)plan->count) {

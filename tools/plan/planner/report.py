@@ -178,10 +178,12 @@ def _of_clock(plan: Plan) -> list[str]:
 
 def aliased(bandwidth: str | None, rate_hz: float) -> float:
     """By how much an analogue low-pass, sampled, raises ARW over that of the gyro: a share."""
-    found = re.fullmatch(r"([0-9.e]+)(?::([12]).*)?", bandwidth or "")
+    words = bandwidth or ""
+    found = re.fullmatch(r"([0-9.e]+)(?::([12])(?::[0-9.]+)?)?", words.split("+")[0])
     if not found:
         return 0.0
-    share, order = float(found[1]) / rate_hz, int(found[2] or 2)
+    division = math.prod(int(n) for n in re.findall(r"(?:cic|sum)[0-9]*:([0-9]+)", words))
+    share, order = float(found[1]) / (rate_hz * division), int(found[2] or 2)
     images = sum(2 / (1 + (k / share) ** (2 * order)) for k in range(1, 1000))
     return math.sqrt(1 + images) - 1
 

@@ -27,7 +27,7 @@ from .export import noise_variance
 SHEET_PERCENT = 10.0  # of a cutoff without a recording, as davar-sim has it
 LEAST_PERCENT = 1.0
 MOST_PERCENT = 50.0
-CUTOFFS = {"sampled": (0.002, 2.0), "bilinear": (0.002, 0.499)}  # over the sample rate
+CUTOFFS = {"sampled": (0.002, 4.0), "bilinear": (0.002, 0.499)}  # over the sample rate
 AVERAGES_MOST, SPAN_MOST, SIZES_MOST = 8, 1024, 32  # as davar/filter.h
 # Standard errors by which the ARW of a window may be off: 92 % of the intervals of 95 % still hold.
 BIAS_MOST = 0.5
@@ -75,6 +75,7 @@ class Declared:
         """As davar-sim, davar-plan, davar-node and the Python package take it."""
         low = f"{self.hz:.6g}:{self.order}:{self.percent:.3g}" if self.order else ""
         if self.order and self.response == "bilinear":
+            # ba: states an uncertainty of ARW. That of hz changes ARW by as much at most.
             b, a = self.bilinear
             low = f"ba:{b:.9g},{b:.9g}:{a:.9g}:{self.percent:.3g}"
             low = f"biquad:{self.hz:.6g}:{self.percent:.3g}" if self.order == 2 else low
