@@ -7,6 +7,7 @@ import threading
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 from together import davar, expect_equal
 
 OPTIONS = {"lsb": 0.01, "stride": 10, "law": "glr", "window_max": 1000, "segment": 0}
@@ -50,6 +51,19 @@ def test_blocks_are_pushed_completely_and_each_result_comes_once():
     expect_equal(
         {name: np.concatenate([one[name] for one in taken])[order] for name in whole}, whole
     )
+
+
+def test_filters_that_are_learned_at_the_same_time():
+    noise, learned = np.random.default_rng(4).normal(0, 1, 20_000), {}
+    recordings = [lfilter([1 - pole], [1, -pole], noise) for pole in (0.2, 0.4, 0.6, 0.8)]
+
+    def work(i):
+        learned[i] = davar.dynamic(recordings[i], 100.0, lsb=0.01, bandwidth="auto").bandwidth
+
+    assert in_threads(4, work) == []
+    for i, recording in enumerate(recordings):
+        alone = davar.dynamic(recording, 100.0, lsb=0.01, bandwidth="auto").bandwidth
+        assert learned[i] == alone and alone.startswith("ba:")
 
 
 def test_gaps_and_the_end_from_other_threads():
