@@ -334,13 +334,17 @@ def test_what_it_suggests_to_relax_is_the_nearest_that_helps(words):
         assert command(again).status == 1, one
 
 
+@pytest.mark.parametrize(
+    "after, division", (("", 1), (":10", 1), (":10+sum:8", 8), (":5+cic2:4", 4))
+)
 @pytest.mark.parametrize("order, share", ((1, 0.25), (1, 0.5), (2, 0.5), (2, 1.2)))
-def test_aliased_noise_is_stated(order, share):
+def test_aliased_noise_is_stated(order, share, after, division):
     """Of white noise after a low-pass at 64 times the rate, of which every 64th sample is kept."""
     response = signal.butter(order, share * 2 / 64, output="sos")
     frequencies = np.arange(1, 64) / 64
     _, gain = signal.sosfreqz(response, 2 * np.pi * frequencies)
     more = 100 * (np.sqrt(1 + np.sum(np.abs(gain) ** 2)) - 1)
-    words = f"--rate 100 --lsb 0.05 --bandwidth {100 * share:g}:{order} --core cortex-m4f"
+    filter = f"{100 * division * share:g}:{order}{after}"
+    words = f"--rate 100 --lsb 0.05 --bandwidth {filter} --core cortex-m4f"
     (said,) = [line for line in planned(words)["remarks"] if "aliased" in line]
     assert float(re.search(r"is ([\d.]+) %", said)[1]) == pytest.approx(more, rel=0.05)
