@@ -132,7 +132,9 @@ static const struct {
 
 static const view_t views[] = {
     {"declared", KNOWN, DECLARED, 30.0, 0},
-    {"declared, sigma 3", KNOWN, DECLARED, 3.0, 0},
+    /* after a narrow filter, rounding errors repeat: the doubt widens the interval (5.15) */
+    {"declared, sigma 3", "N.given 99.2:, N.within 94.5:, rms :1.25, bias -0.5:1", DECLARED, 3.0,
+     0},
     {"not declared", UNKNOWN, UNDECLARED, 30.0, 0},
     {"10 % too high", "N.within 93.5:", TOO_HIGH, 30.0, 0},
     {"10 % too low", "N.within 93.5:", TOO_LOW, 30.0, 0},

@@ -15,10 +15,9 @@
 extern "C" {
 #endif
 
-/** Zeros and poles that a filter has at most, and the samples over which it spreads one. */
-#define DAVAR_FILTER_ZEROS 31U
-#define DAVAR_FILTER_POLES 8U
-#define DAVAR_FILTER_SPAN 1024U
+#define DAVAR_FILTER_ZEROS 31U  /**< zeros of a filter, at most */
+#define DAVAR_FILTER_POLES 8U   /**< poles of a filter, at most */
+#define DAVAR_FILTER_SPAN 1024U /**< samples over which a filter spreads one, at most */
 
 /** The filter between the gyro's noise and the samples that davar gets, as coefficients at the rate
  * of these samples: y[n] = b[0] x[n] + b[1] x[n - 1] + .. - a[1] y[n - 1] - a[2] y[n - 2] - .., as
@@ -32,10 +31,9 @@ typedef struct davar_filter {
     double a[DAVAR_FILTER_POLES + 1U]; /**< denominator; a[0] is 1, or all are 0: no poles */
     double uncertainty; /**< relative standard uncertainty of the frequency axis, 0 to 0.5 */
     double level; /**< ... of the angle random walk after a filter that was learned, 0 to 0.5 */
-    /** Of the counts that a sample is the sum of, for white noise of density 1: the variance of
-     * one, and half the mean square of the difference of two. Only if summed is above 1. */
-    double count_variance, count_step;
-    uint16_t length;  /**< samples in each moving average, at least 1 */
+    double count_variance; /**< of a count, for white noise of density 1; if summed is above 1 */
+    double count_step;     /**< half the mean square of the difference of two counts, likewise */
+    uint16_t length;       /**< samples in each moving average, at least 1 */
     uint16_t summed;  /**< counts that are added up in a sample; 0 and 1: a sample is one count */
     uint8_t averages; /**< moving averages in series, 0 to 8; averages * length is at most
                          DAVAR_FILTER_SPAN */

@@ -179,7 +179,8 @@ def _of_clock(plan: Plan) -> list[str]:
 def aliased(bandwidth: str | None, rate_hz: float) -> float:
     """By how much an analogue low-pass, sampled, raises ARW over that of the gyro: a share."""
     words = bandwidth or ""
-    found = re.fullmatch(r"([0-9.e]+)(?::([12])(?::[0-9.]+)?)?", words.split("+")[0])
+    number_of = r"[0-9.]+(?:e[+-]?[0-9]+)?"
+    found = re.match(rf"({number_of})(?::([12])(?::{number_of})?)?(?:\+|$)", words, re.IGNORECASE)
     if not found:
         return 0.0
     division = math.prod(int(n) for n in re.findall(r"(?:cic|sum)[0-9]*:([0-9]+)", words))
