@@ -304,7 +304,7 @@ static bool misfits(const data_t *data, const arma_t *model)
 /* --- what is learned --- */
 
 /* The loss with a low-pass that is given. */
-static double loss_behind(const data_t *data, double cutoff, unsigned poles)
+static double loss_after(const data_t *data, double cutoff, unsigned poles)
 {
     arma_data_t bins;
     davar_filter_t filter = {.b = {0.0}};
@@ -319,8 +319,8 @@ static double loss_behind(const data_t *data, double cutoff, unsigned poles)
 /* Does the spectrum exclude every filter that matters? */
 static bool is_white(const data_t *data, const arma_t *white)
 {
-    return (loss_behind(data, WIDE_1_POLE, 1U) > white->loss + EXCLUDED) &&
-           (loss_behind(data, WIDE_2_POLES, 2U) > white->loss + EXCLUDED);
+    return (loss_after(data, WIDE_1_POLE, 1U) > white->loss + EXCLUDED) &&
+           (loss_after(data, WIDE_2_POLES, 2U) > white->loss + EXCLUDED);
 }
 
 static learned_t judge(const data_t *data, const models_t *models, const averages_t *averages)

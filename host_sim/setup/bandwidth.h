@@ -7,10 +7,10 @@
  * - average[ORDER]:N: ORDER (1) moving averages of N samples
  * - cic[ORDER]:N: the same, then every N-th sample is kept
  * - sum:N: the sums of N samples that davar_average makes; only as the last part
- * - ba:B0,B1,..[:A1,A2,..[:PERCENT]]: coefficients at the sample rate; the angle random walk behind
+ * - ba:B0,B1,..[:A1,A2,..[:PERCENT]]: coefficients at the sample rate; the angle random walk after
  *   them is known to PERCENT (0)
  *
- * The sample rate is that of the samples at the place of the part. */
+ * The sample rate is the one at the place of the part. */
 #ifndef BANDWIDTH_H
 #define BANDWIDTH_H
 

@@ -32,7 +32,7 @@ typedef struct davar_filter {
     double uncertainty; /**< relative standard uncertainty of the frequency axis, 0 to 0.5 */
     double level; /**< ... of the angle random walk after a filter that was learned, 0 to 0.5 */
     double count_variance; /**< of a count, for white noise of density 1; if summed is above 1 */
-    double count_step;     /**< half the mean square of the difference of two counts, likewise */
+    double count_step;     /**< half the mean square of the difference of two counts, similarly */
     uint16_t length;       /**< samples in each moving average, at least 1 */
     uint16_t summed;  /**< counts that are added up in a sample; 0 and 1: a sample is one count */
     uint8_t averages; /**< moving averages in series, 0 to 8; averages * length is at most
