@@ -115,6 +115,7 @@ static void begin(void)
     results++;
     davar_glr_report(&davar, &glr_report);
     davar_fit(&sensor.plan, sensor.job.config.rate_hz, &result);
+    (void)davar_fit_flat(&sensor.plan, sensor.job.config.rate_hz, &result);
     take_health();
     davar_encoder_begin(&encoder, &result, &glr_report, &health);
 }

@@ -309,7 +309,9 @@ static bool fit_if_due(davar_python_t *run)
         return false;
     }
     run->unfitted = run->fit_every - 1U;
-    davar_fit(plan_of(run, run->result.window_samples), run->engine.config.rate_hz, &run->result);
+    davar_plan_t *const plan = plan_of(run, run->result.window_samples);
+    davar_fit(plan, run->engine.config.rate_hz, &run->result);
+    (void)davar_fit_flat(plan, run->engine.config.rate_hz, &run->result);
     return true;
 }
 

@@ -224,7 +224,8 @@ static const option_t OUTPUT[] = {
      "and tools/davar-mcu)"},
     {"details", NULL, read_flag, AT(details),
      "more columns: intervals of ADEVs and coefficients, difference counts,\n"
-     "gaps, coarse, upper bounds of absent coefficients"},
+     "gaps, coarse, upper bounds of absent coefficients, the cluster sizes that ARW is from\n"
+     "if not from all"},
     {"pace", "max|realtime|X", read_pace, AT(pace),
      "speed as a multiple of real time (default max)"},
     {"progress", "auto|always|never", read_choice, AT(progress),

@@ -16,6 +16,7 @@ static bool send_result(const davar_port_t *port, engine_t *engine, size_t c)
         (void)davar_cascade_append(channel->cascade, &result);
     }
     davar_fit(channel->plan, engine->config.rate_hz, &result);
+    (void)davar_fit_flat(channel->plan, engine->config.rate_hz, &result);
     return port->send(port->context, c, &result) == DAVAR_PORT_SEND_DONE;
 }
 

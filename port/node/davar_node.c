@@ -198,6 +198,7 @@ static davar_node_state_t serve(davar_node_t *node, size_t c)
     }
     if (node->pending && (channel->plan != NULL)) {
         davar_fit(channel->plan, channel->davar->config->rate_hz, &node->result);
+        (void)davar_fit_flat(channel->plan, channel->davar->config->rate_hz, &node->result);
     }
     return node->pending ? send_pending(node) : DAVAR_NODE_RUNNING;
 }

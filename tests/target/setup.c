@@ -116,6 +116,29 @@ static void measure_rough(void)
 #endif
 }
 
+/* A motion that every part of the fit of the flat part meets: samples of a slow triangle. */
+static void next_moving(uint32_t i)
+{
+    const int32_t half = (int32_t)(WINDOW / 2U);
+    const int32_t place = (int32_t)(i % WINDOW) - half;
+    const int32_t height = half - ((place < 0) ? -place : place);
+    next_samples(1);
+    for (unsigned a = 0U; a < DAVAR_SETUP_AXES; a++) {
+        samples[a] += (SAMPLE)(10 * height) * (SAMPLE)UNIT;
+    }
+}
+
+static void measure_moving(void)
+{
+    uint32_t worst = 0U;
+    for (uint32_t i = 0U; i < (3U * WINDOW); i++) {
+        next_moving(i);
+        (void)push();
+        worst = larger(worst, spent_in(davar_setup_take));
+    }
+    board_figure("moving_take", worst);
+}
+
 static void take_all(void)
 {
     for (uint8_t a = 0U; a < DAVAR_SETUP_AXES; a++) {
@@ -130,9 +153,13 @@ static void measure_stack(void)
 {
     uint32_t of_push = 0U;
     uint32_t of_take = 0U;
-    for (uint32_t i = 0U; i < ((2U * WINDOW) + (STRIDE * 4U)); i++) {
+    for (uint32_t i = 0U; i < ((4U * WINDOW) + (STRIDE * 4U)); i++) {
         const uintptr_t from = stack_pointer();
-        next_samples((((i / 300U) % 2U) == 0U) ? 1 : 20);
+        if (i < (2U * WINDOW)) {
+            next_moving(i);
+        } else {
+            next_samples((((i / 300U) % 2U) == 0U) ? 1 : 20);
+        }
         paint(from);
         if (i == 100U) {
             davar_setup_gap(1U);
@@ -162,6 +189,7 @@ int main(void)
     nothing = instructions_of_nothing();
     measure_quiet();
     measure_rough();
+    measure_moving();
     measure_stack();
     return 0;
 }

@@ -138,6 +138,22 @@ bool davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result)
 #define davar_fit_white_ready DAVAR_SIZED(davar_fit_white_ready)
 bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *result);
 
+/** Estimates the angle random walk of a window from the cluster sizes that show white noise alone,
+ * where davar_fit_white, davar_fit_white_ready or davar_fit left it absent; call it after them with
+ * the same plan and rate. Otherwise it changes nothing.
+ * - MIXED, with a declared filter: in slow motion. The short sizes are used as far as white noise
+ *   and a ramp explain them.
+ * - FILTERED: after a low-pass that is not declared, or not as declared. The long sizes are used, from
+ *   four times the one on from which m avar is constant.
+ * Writes the angle random walk with its interval, flat_from and flat_to; noise stays as it is. If
+ * there is no such part, or it has fewer than 16 degrees of freedom, the upper limit stays.
+ * @return True if the angle random walk is present.
+ *
+ * Cost: O(T^3) in floats, only where the angle random walk is absent. Stack: 1 kB with 8 sizes.
+ * Formula (5.23). */
+#define davar_fit_flat DAVAR_SIZED(davar_fit_flat)
+bool davar_fit_flat(davar_plan_t *plan, double rate_hz, davar_result_t *result);
+
 /** Fits the five terms of (1.2), none of them negative, with their 95 % intervals.
  * Reads and writes the same fields as davar_fit_white, which it tries first: for white noise the
  * results are equal. For any other mix result->noise is MIXED, a resolved term is present, and an

@@ -277,6 +277,10 @@ typedef struct {
     bool chosen;
     uint8_t tau_count;   /**< number of entries of tau, as configured */
     davar_noise_t noise; /**< what davar_fit or davar_fit_white found */
+    /** the shortest and the longest cluster size that the angle random walk is from, samples; 0: it
+     * is absent, or from all sizes */
+    uint32_t flat_from;
+    uint32_t flat_to;
     /** q15, q31: size of a count; the fit subtracts its rounding (5.15). f32: 0, unknown */
     double unit_per_count;
     double kurtosis;     /**< of the whole window; NaN if its variance is 0 (3.1) */

@@ -15,6 +15,8 @@ void davar_absent_taus(davar_result_t *result, uint32_t from)
 void davar_absent_coefficients(davar_result_t *result)
 {
     result->noise = DAVAR_NOISE_UNKNOWN;
+    result->flat_from = 0U;
+    result->flat_to = 0U;
     for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
         const davar_coefficient_t absent = {false, (double)NAN, (double)NAN, (double)INFINITY};
         result->coefficient[k] = absent;

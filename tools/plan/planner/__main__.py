@@ -36,6 +36,8 @@ What you have
                        to state the least bias instability. A noise density of D deg/s/sqrt(Hz) in
                        a data sheet is one-sided: N = 60 D / sqrt(2) = 42.4 D
   --lost PERCENT       of the samples, each reported as a gap: memory for the gaps of a window (1)
+  --motion MOTION      slow: ARW also while the gyro turns slowly, by hand or on wheels (the default);
+                       none: at rest, where this costs less flash
   --core CORE          {cores}
   --flash BYTES        that davar may use; 24k is 24576
   --ram BYTES          the same, without the stack

@@ -295,6 +295,8 @@ def _relaxed_wishes(wishes: Wishes, of_core: Any) -> Iterator[Relaxed]:
             if plan.design.cascade_taus:
                 yield Relaxed("--longest-tau", number(other.longest_tau_s or 0))
             break
+    if wishes.motion != "none" and find(replace(wishes, motion="none"), of_core):
+        yield Relaxed("--motion", "none")
     for axes in range(wishes.axes - 1, 0, -1):
         if find(replace(wishes, axes=axes), of_core):
             yield Relaxed("--axes", str(axes))

@@ -138,6 +138,12 @@ SLOW_FEATURES: dict[str, Features] = {
     "start_stack_bytes": lambda design: [1.0, _several(design)],
     "curve_instructions": _slow_linked,
 }
+# What the fit of the flat part adds to a setup for slow motion; the stack is absolute.
+FLAT_FEATURES: dict[str, Features] = {
+    "flash_bytes": lambda design: [1.0],
+    "take_stack_bytes": _each,
+    "worst_take_instructions": lambda design: [1.0, float(len(design.taus)) ** 2],
+}
 ABSOLUTE = ("take_stack_bytes", "curve_instructions")
 
 
@@ -172,5 +178,9 @@ def cost(design: Design, of_core: dict[str, Any]) -> Cost:
                 found[figure] = max(found[figure], added)
             else:
                 found[figure] += added
+    if wishes.motion == "slow":
+        for figure, features in FLAT_FEATURES.items():
+            added = _sum(features(design), of_core["flat"][figure])
+            found[figure] = max(found[figure], added) if figure in ABSOLUTE else found[figure] + added
     rounded = {figure: round(value) for figure, value in found.items()}
     return Cost(ram_bytes=ram_bytes(design, sizes, other), curve_instructions=curve, **rounded)

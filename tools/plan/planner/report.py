@@ -15,6 +15,7 @@ FIT = {
     "curve": "ARW, and the Allan curve with intervals",
     "terms": "ARW; on request all five terms from the whole curve",
 }
+MOTION = {"none": "", "slow": "; in slow motion ARW from the flat part"}
 
 
 def duration(value: float) -> str:
@@ -124,7 +125,7 @@ def how(plan: Plan) -> list[str]:
         f"{law} of {design.window} samples, stride {design.stride}{engine}"
         if design.law == "fixed"
         else f"{law} {design.window} samples, stride {design.stride}",
-        f"{len(design.taus)} cluster sizes{slow}; fit: {FIT[design.fit]}",
+        f"{len(design.taus)} cluster sizes{slow}; fit: {FIT[design.fit]}{MOTION[design.wishes.motion]}",
     ]
 
 
@@ -290,6 +291,7 @@ def as_json(plan: Plan) -> dict[str, Any]:
         "law": design.law,
         "engine": design.engine,
         "fit": design.fit,
+        "motion": design.wishes.motion,
         "remarks": remarks(plan),
     }
 

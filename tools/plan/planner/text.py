@@ -237,7 +237,7 @@ const davar_result_t *davar_setup_take(uint8_t axis)
         return NULL;
     }}
     (void){white}(&davar_setup_plan, config.rate_hz, &result);
-    return &result;
+{flat}    return &result;
 }}
 {curve}
 void davar_setup_restart(void)
@@ -346,10 +346,11 @@ const davar_result_t *davar_setup_curve(uint8_t axis)
     }
     const bool has_long_times = davar_cascade_append(&cascade[axis], &result);
     davar_fit(&davar_setup_plan, config.rate_hz, &result);
-    return (has_window || has_long_times) ? &result : NULL;
+{flat}    return (has_window || has_long_times) ? &result : NULL;
 }
 """,
 }
+FLAT = "    (void)davar_fit_flat(&davar_setup_plan, config.rate_hz, &result);\n"
 CASCADE_HEADER = '#include "davar/cascade.h"\n\n'
 STANDARD = "#include <math.h>\n#include <string.h>\n"
 
@@ -361,6 +362,7 @@ def source(design: Design, title: str, plan: str, whitening: Sequence[str], alon
     wishes, slow = design.wishes, design.cascade_taus > 0
     suffix, sample = SUFFIX[wishes.type], SAMPLE[wishes.type]
     rate, scale = wishes.rate_hz, _scale(design)
+    flat = FLAT if wishes.motion == "slow" else ""
     push = (PUSH_ONE if wishes.axes == 1 else PUSH_ALL).format(
         sample=sample,
         suffix=suffix,
@@ -405,7 +407,8 @@ def source(design: Design, title: str, plan: str, whitening: Sequence[str], alon
         push=push,
         gap="        davar_cascade_gap(&cascade[a], missing);\n" if slow else "",
         restart="        davar_cascade_reset(&cascade[a]);\n" if slow else "",
-        curve=CURVE[design.fit],
+        curve=CURVE[design.fit].replace("{flat}", flat),
+        flat=flat,
         white="davar_fit_white" if design.fit == "terms" else "davar_fit_white_ready",
     )
 

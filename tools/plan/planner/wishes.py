@@ -10,6 +10,7 @@ from typing import Any
 from . import sensors
 
 TYPES = ("int16", "int32", "float")
+MOTIONS = ("none", "slow")
 AXES_MOST = 16
 FLAGS = ("--json", "--self-contained")
 OF_A_FIT = ("--taus", "--long", "--name")  # options of the program in C
@@ -32,6 +33,7 @@ class Wishes:
     bandwidth: str | None = None  # as davar-plan --bandwidth
     noise: float | None = None  # typical angle random walk, deg/sqrt(h)
     lost_percent: float = 1.0  # of the samples
+    motion: str = "slow"
     respond_s: float | None = None
     arw_percent: float | None = None
     longest_tau_s: float | None = None
@@ -112,6 +114,7 @@ def _readers(cores: Sequence[str]) -> dict[str, tuple[str, Callable[[str], objec
         "--bandwidth": ("bandwidth", _text),
         "--noise": ("noise", _above_0("deg/sqrt(h)")),
         "--lost": ("lost_percent", _number(0, 20, "a number from 0 to 20")),
+        "--motion": ("motion", _one_of(MOTIONS)),
         "--respond": ("respond_s", _above_0("seconds")),
         "--arw-percent": ("arw_percent", _number(0.1, 50, "a number from 0.1 to 50")),
         "--longest-tau": ("longest_tau_s", _above_0("seconds")),
