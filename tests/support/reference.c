@@ -38,6 +38,9 @@ void reference_start(reference_t *reference, const davar_config_t *config, bool 
     const bool longest = is_centred || (config->stride > config->window.longest);
     reference->length = longest ? (int64_t)config->window.longest : (int64_t)config->stride;
     reference->filling = !is_centred;
+    reference->differences[0] = 0;
+    reference->differences[1] = 0;
+    reference->wait = 0;
 }
 
 static reference_real_t kurtosis_of(const reference_record_t *record, int64_t from, int64_t to)
@@ -119,6 +122,39 @@ static void decide(reference_t *reference, bool unstable)
     }
 }
 
+/* log2 with straight lines between powers of two, to 20 bits. */
+static double level_of(double sum)
+{
+    int exponent;
+    const double part = frexp(sum, &exponent); /* 0.5 to 1 */
+    return (sum > 0.0) ? (exponent + (floor(((2.0 * part) - 1.0) * 0x1p20) / 0x1p20)) : -64.0;
+}
+
+/* Is this window unlike the one half a window before the last that was kept (4.5)? */
+static bool has_changed(reference_t *reference, const reference_epoch_t *epoch, bool reported)
+{
+    const davar_config_t *const config = reference->config;
+    const int64_t longest = config->window.longest;
+    const double even = log2((double)longest) / 2.0;
+    const double limit = 16.0 * pow(2.0, -floor(even)) * ((floor(even) < even - 0.49) ? 0.75 : 1.0);
+    uint32_t count;
+    const double sum = (double)reference_sum(reference, epoch, config->taus[0], &count);
+    const bool full = (epoch->head - epoch->tail) == longest;
+    if (reference->wait > (int64_t)config->stride) {
+        reference->wait -= (int64_t)config->stride;
+    } else {
+        reference->level[1] = reference->level[0];
+        reference->differences[1] = reference->differences[0];
+        reference->level[0] = level_of(sum);
+        reference->differences[0] = full ? (int64_t)count : 0;
+        reference->wait = (longest + 1) / 2;
+    }
+    const int64_t lost = (int64_t)count - reference->differences[1];
+    const bool comparable = (longest >= 64) && (reference->differences[1] > 0) &&
+                            (lost >= -(longest / 32)) && (lost <= (longest / 16) - (longest / 32));
+    return reported && full && comparable && (fabs(level_of(sum) - reference->level[1]) > limit);
+}
+
 bool reference_next(reference_t *reference, reference_epoch_t *epoch)
 {
     const davar_config_t *const config = reference->config;
@@ -139,6 +175,9 @@ bool reference_next(reference_t *reference, reference_epoch_t *epoch)
         epoch->contribution = (double)NAN;
         if (reported && (config->moments.segment > 0U)) {
             judge(reference, epoch);
+        }
+        if (!centred && (config->law == NULL) && has_changed(reference, epoch, reported)) {
+            epoch->unstable = true;
         }
         decide(reference, epoch->unstable && reported);
         if (reported) {

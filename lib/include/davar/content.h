@@ -36,6 +36,7 @@ typedef struct {
     bool in_gap;
     bool unstable;
     uint32_t alarms_seen;
+    davar_past_t past;
 } davar_content_t;
 
 /** The ids of the laws, which never change. */

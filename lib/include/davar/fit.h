@@ -145,7 +145,7 @@ bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *r
  *   and a ramp explain them.
  * - FILTERED: after a low-pass that is not declared, or not as declared. The long sizes are used, from
  *   four times the one on from which m avar is constant.
- * Writes the angle random walk with its interval, flat_from and flat_to; noise stays as it is. If
+ * Writes the angle random walk with its interval, flat_from and flat_to; noise stays. If
  * there is no such part, or it has fewer than 16 degrees of freedom, the upper limit stays.
  * @return True if the angle random walk is present.
  *

@@ -33,6 +33,15 @@ typedef struct {
     uint16_t count;
 } davar_gaps_t;
 
+/** Two earlier windows of a fixed length, half a window apart, the newest first (4.5). Fields are
+ * private. */
+typedef struct {
+    /** @privatesection */
+    uint32_t level[2];       /* of their first sum */
+    uint32_t differences[2]; /* in it; 0: none */
+    uint32_t wait;           /* samples until the next one */
+} davar_past_t;
+
 struct davar_number;
 
 /** One stream of one sensor axis. The caller owns it. Fields are private. */
@@ -46,6 +55,7 @@ typedef struct davar {
     float counts_per_unit; /* f32 only: a power of two */
     davar_window_t window;
     davar_health_t health;
+    davar_past_t past; /* fixed windows */
     volatile uint32_t sequence; /* odd while a push is at work */
     volatile uint32_t produced; /* results completed */
     volatile uint32_t seen;     /* the value of `produced` at the last take */

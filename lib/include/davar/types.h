@@ -192,6 +192,9 @@ typedef struct {
     uint32_t shocks; /**< law glr: shocks treated as gaps */
 } davar_health_t;
 
+/** Equal samples are counted up to this number. */
+#define DAVAR_EQUAL_MOST 1024U
+
 /** Unit of davar_adev_t.uneven: the noise was equally strong all the time. */
 #define DAVAR_EVEN 256U
 
@@ -268,8 +271,9 @@ typedef struct {
      */
     uint32_t mirrored_samples;
     uint32_t gaps_in_window; /**< gaps inside this window */
-    /** the law's flag f. Fixed window: f1 OR f2, for information. glr: cut since the previous
-     * epoch */
+    uint32_t equal_samples;  /**< newest samples that are equal, counted up to DAVAR_EQUAL_MOST */
+    /** the law's flag f. Fixed window: the noise has changed within the last one and a half windows
+     * (4.5), or f1 OR f2, for information. glr: cut since the previous epoch */
     bool unstable;
     /** the law chose this window by its data: law glr has just cut it, is about to, or excludes
      * more than half of the samples since the cut. The intervals are wider and cover less often

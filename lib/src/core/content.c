@@ -34,6 +34,7 @@ DAVAR_RARE void davar_content_read(const davar_t *davar, davar_content_t *conten
     content->in_gap = davar->in_gap;
     content->unstable = davar->unstable;
     content->alarms_seen = davar->alarms_seen;
+    content->past = davar->past;
 }
 
 DAVAR_RARE void davar_content_write(davar_t *davar, const davar_content_t *content)
@@ -46,6 +47,7 @@ DAVAR_RARE void davar_content_write(davar_t *davar, const davar_content_t *conte
     davar->in_gap = content->in_gap;
     davar->unstable = content->unstable;
     davar->alarms_seen = content->alarms_seen;
+    davar->past = content->past;
     if (is_wide(davar)) {
         davar_q31_resume(davar);
     } else {

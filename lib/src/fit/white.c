@@ -28,6 +28,20 @@ _Static_assert(DAVAR_TAUS_MAX <= 32, "sums of products with a functional");
 /* Least amplitude of white noise: enough bits for a root and a reciprocal. */
 #define AMPLITUDE_LEAST (UINT64_C(1) << 23U)
 
+/* Of white noise with a standard deviation of 1, 0.5 and 0.375 counts, rounding included, so many
+ * equal samples follow each other once in 10^9 samples: log 10^-9 over that of the chance of the
+ * likeliest count, which is erf(0.354 / sigma). */
+#define SCATTER_BITS 8
+static const struct {
+    uint16_t scatter; /* in 1 / 256 squared counts */
+    uint16_t equal;
+} runs[] = {{57U, 104U}, {85U, 56U}, {277U, 32U}};
+
+static uint32_t smaller_of(uint32_t a, uint32_t b)
+{
+    return (a < b) ? a : b;
+}
+
 /* --- the fit --- */
 
 /* The sizes of the plan that have differences. */
@@ -567,13 +581,31 @@ static bool withholds(const davar_plan_t *plan, davar_white_t *white, davar_resu
     return true;
 }
 
+/* Did the sensor repeat its last sample more often than white noise of this scatter does once in
+ * 10^9 samples (5.24)? The scatter is half the mean square of the difference of two samples. */
+static bool is_stuck(const davar_result_t *result)
+{
+    const scaled_t adev = scaled_of_double(result->tau[0].adev);
+    const scaled_t count = scaled_of_double(result->unit_per_count);
+    uint32_t most = smaller_of(1000U, 32U + (result->window_samples / 2U));
+    if ((result->tau[0].m != 1U) || (adev.mantissa == 0U) || (count.mantissa == 0U)) {
+        return false;
+    }
+    const scaled_t ratio = scaled_quotient(adev, count);
+    const uint32_t scatter = davar_scaled_to_fixed(scaled_times(ratio, ratio), SCATTER_BITS);
+    for (int i = 0; i < (int)(sizeof runs / sizeof runs[0]); i++) {
+        most = (scatter >= runs[i].scatter) ? smaller_of(most, runs[i].equal) : most;
+    }
+    return result->equal_samples >= most;
+}
+
 /* davar_white_suffices with a plan that is up to date. */
 static bool suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result,
                      davar_white_t *white)
 {
     white->usable = usable_of(plan, result);
     davar_absent_taus(result, (uint8_t)white->usable);
-    if (!read_data(plan, result, white)) {
+    if (!read_data(plan, result, white) || is_stuck(result)) {
         /* Noise below a count, or a stuck sensor: differences of 0 limit nothing. */
         davar_write_unlimited(plan, DAVAR_NOISE_CONSTANT, result);
         return true;
