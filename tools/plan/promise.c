@@ -16,6 +16,7 @@
 #include "davar/davar.h"
 #include "davar/fit.h"
 #include "davar/glr.h"
+#include "filtered.h"
 #include "memory.h"
 #include "setup/bandwidth.h"
 
@@ -25,12 +26,12 @@
 #include <string.h>
 
 #define TRIALS 401         /* windows */
-#define CHANGES 251        /* of the noise */
+#define CHANGES 401        /* of the noise */
 #define FINE_COUNTS 1000.0 /* noise whose rounding does not matter */
 #define OCTAVES 16U        /* up to the narrowest filter */
-#define QUIET 1000U        /* samples before a change */
 #define LATEST 20000U      /* samples after it: an alarm that has not come by then is missed */
-#define CHANGE_COUNTS 100.0
+#define SEEN_LEAST 0.96    /* of the changes */
+#define ALARM_COUNTS 100.0 /* noise of an alarm whose counts are not stated */
 
 static uint64_t state = 1U;
 
@@ -148,10 +149,13 @@ static int16_t count_of(double value)
     return (int16_t)((value < -32767.0) ? -32767.0 : ((value > 32767.0) ? 32767.0 : rint(value)));
 }
 
+static davar_filter_t of_gyro;
+static filtered_t gyro;
+
 /* Pushes one sample. Returns whether it completes a result with an alarm. */
 static bool alarm_after(davar_t *davar, double sigma, davar_result_t *result)
 {
-    const int16_t count = count_of(sigma * gauss());
+    const int16_t count = count_of(filtered_next(&gyro, &of_gyro, sigma * gauss()));
     davar_glr_report_t report = {0};
     davar_push_q15(davar, &count, 1U);
     if (davar_take(davar, result)) {
@@ -160,22 +164,24 @@ static bool alarm_after(davar_t *davar, double sigma, davar_result_t *result)
     return report.alarm;
 }
 
-static double delay(davar_t *davar, davar_result_t *result, double ratio)
+static double delay(davar_t *davar, davar_result_t *result, double counts)
 {
-    const uint32_t quiet = QUIET + (uint32_t)((double)davar->config->stride * uniform());
+    const uint32_t quiet =
+        davar->config->window.longest + (uint32_t)((double)davar->config->stride * uniform());
     davar_reset(davar);
     for (uint32_t i = 0U; i < quiet; i++) {
-        (void)alarm_after(davar, CHANGE_COUNTS, result);
+        (void)alarm_after(davar, counts, result);
     }
     uint32_t late = 1U;
-    while (!alarm_after(davar, ratio * CHANGE_COUNTS, result) && (late < LATEST)) {
+    while (!alarm_after(davar, 2.0 * counts, result) && (late < LATEST)) {
         late++;
     }
     return late;
 }
 
 /* Samples from a change to the alarm, which nine in ten do not exceed. */
-static int promise_alarm(double rate_hz, uint32_t window, double alarms, uint32_t stride)
+static int promise_alarm(double rate_hz, uint32_t window, double alarms, uint32_t stride,
+                         double counts, bool is_filtered)
 {
     static const uint32_t taus[] = {1U, 2U};
     static davar_t davar;
@@ -189,18 +195,22 @@ static int promise_alarm(double rate_hz, uint32_t window, double alarms, uint32_
                              .tau_count = 2U};
     config.window.longest = window;
     config.glr.false_alarms_per_hour = alarms;
+    if (is_filtered) {
+        davar_whiten(&config, &of_gyro);
+    }
+    filtered_normalise(&of_gyro);
     const size_t bytes = davar_memory_size_q15(&config);
     void *const memory = calloc(1U, bytes + 8U);
     const davar_status_t status = davar_init_q15(&davar, &config, memory, bytes);
-    if (status != DAVAR_OK) {
+    if ((status != DAVAR_OK) || !filtered_start(&gyro, &of_gyro)) {
         free(memory);
         return reject("law glr", davar_status_text(status));
     }
     for (int i = 0; i < CHANGES; i++) {
-        late[i] = delay(&davar, &result, 2.0);
+        late[i] = delay(&davar, &result, counts);
     }
     const double nine_in_ten = quantile(late, CHANGES, 0.9);
-    if (nine_in_ten < (double)LATEST) {
+    if (quantile(late, CHANGES, SEEN_LEAST) < (double)LATEST) {
         (void)printf("doubling_samples %.0f\n", nine_in_ten);
     }
     free(memory);
@@ -239,15 +249,14 @@ static int print_passed(const char *text, double rate_hz)
 {
     static davar_plan_t plan;
     uint32_t taus[OCTAVES];
-    davar_filter_t filter;
-    const int status = read_filter(text, rate_hz, &filter);
+    const int status = read_filter(text, rate_hz, &of_gyro);
     if (status != 0) {
         return status;
     }
     for (uint32_t t = 0U; t < OCTAVES; t++) {
         taus[t] = UINT32_C(1) << t;
     }
-    davar_plan_init_filtered(&plan, taus, OCTAVES, &filter);
+    davar_plan_init_filtered(&plan, taus, OCTAVES, &of_gyro);
     (void)printf("passed_samples %u\n", (unsigned)taus[plan.passed]);
     return 0;
 }
@@ -256,7 +265,7 @@ int main(int count, char *words[])
 {
     static davar_plan_t plan;
     uint32_t taus[DAVAR_TAUS_MAX];
-    davar_filter_t filter;
+    bool is_filtered = false;
     if ((count > 3) && (strcmp(words[1], "memory") == 0)) {
         return print_memory(count - 2, &words[2]);
     }
@@ -274,15 +283,17 @@ int main(int count, char *words[])
     if (strcmp(words[2], "-") == 0) {
         davar_plan_init(&plan, taus, tau_count);
     } else {
-        const int status = read_filter(words[2], rate_hz, &filter);
+        const int status = read_filter(words[2], rate_hz, &of_gyro);
         if (status != 0) {
             return status;
         }
-        davar_plan_init_filtered(&plan, taus, tau_count, &filter);
+        davar_plan_init_filtered(&plan, taus, tau_count, &of_gyro);
+        is_filtered = strcmp(words[2], "none") != 0;
     }
     promise_interval(&plan, window, (noise > 0.0) ? noise : FINE_COUNTS);
     return (count == 6)
                ? 0
                : promise_alarm(rate_hz, (uint32_t)strtoul(words[7], NULL, 10),
-                               strtod(words[6], NULL), (uint32_t)strtoul(words[8], NULL, 10));
+                               strtod(words[6], NULL), (uint32_t)strtoul(words[8], NULL, 10),
+                               (noise > 0.0) ? noise : ALARM_COUNTS, is_filtered);
 }

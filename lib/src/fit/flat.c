@@ -5,21 +5,21 @@
 #include "fit/white.h"
 #include "number/real.h"
 
-#define SIZES_MOVING 4  /* in motion: white noise, a ramp, and two that test them */
-#define SIZES_FLAT 5    /* after a filter: flat for so many, of which the last ones are used, */
-#define SIZES_SETTLED 3 /* ... at least so many */
-#define SETTLED 4.0F    /* ... from this times the size from which the filter does not show */
-#define TREND 2.0F      /* standard errors of a trend that shows */
-#define HIDDEN 4.0F     /* ... and of one that may be hidden in sizes chosen because it does not */
-#define MISFIT 3.0F     /* standard deviations of a misfit that is real */
-#define OCTAVE 2.0F
+#define SIZES_MOVING 4   /* in motion: white noise, a ramp, and two that test them */
+#define SIZES_FLAT 5     /* after a filter: flat for so many, of which the last ones are used, */
+#define SIZES_SETTLED 3  /* ... at least so many */
+#define SETTLED 4.0F     /* ... from this times the size from which the filter does not show */
+#define TREND_SHOWN 2.0F /* standard errors of a trend that shows */
+#define TREND_HIDDEN                                                                               \
+    4.0F                 /* ... and of one that may be hidden in sizes chosen because it does not */
+#define MISFIT_REAL 3.0F /* standard deviations of a misfit that is real */
+#define OCTAVE_DOWN 2.0F
 #define RELATIVE_MOST 0.125F /* variance of N^2 over N^4, above which it is no value */
 #define INVERSE_LEAST 1e-9F  /* 1 / edf, below which N^2 is exact */
-#define AXIS_MARGIN 1.25F    /* gains do not change linearly with an uncertain filter (5.16) */
 #define RATIO_MOST 1073741824.0F
 
 /* Powers of m that y can have beside white noise. */
-typedef enum { SETTLING = -1, NOTHING = 0, FLICKER = 1, WALK = 2, RAMP = 3 } shape_t;
+typedef enum { SETTLING = -1, NOTHING = 0, FLICKER_NOISE = 1, WALK = 2, RAMP = 3 } shape_t;
 
 /* The Allan variances of a result as y. */
 typedef struct {
@@ -48,17 +48,17 @@ typedef struct {
     float scatter[DAVAR_TAUS_MAX]; /* variance of y over that of white noise of variance 1 */
 } line_t;
 
-static float squared(float x)
+static float float_square(float x)
 {
     return x * x;
 }
 
-static float larger(float a, float b)
+static float larger_of(float a, float b)
 {
     return (a > b) ? a : b;
 }
 
-static float float_of(scaled_t ratio)
+static float ratio_to_float(scaled_t ratio)
 {
     if (ratio.exponent < -120) {
         return 0.0F;
@@ -66,12 +66,12 @@ static float float_of(scaled_t ratio)
     return (ratio.exponent < -1) ? scaled_to_float(ratio) : RATIO_MOST;
 }
 
-static float root_of(float x)
+static float root_of_float(float x)
 {
     return (x > 0.0F) ? scaled_to_float(davar_scaled_root(scaled_of_float(x))) : 0.0F;
 }
 
-static scaled_t whole_at(const davar_plan_t *plan, const davar_result_t *result, int t)
+static scaled_t y_of_size(const davar_plan_t *plan, const davar_result_t *result, int t)
 {
     const scaled_t adev = scaled_of_double(result->tau[t].adev);
     return scaled_times(scaled_times(adev, adev), scaled_of_float(plan->to_white[t]));
@@ -83,19 +83,19 @@ static bool read_curve(const davar_plan_t *plan, const davar_result_t *result, c
     const int usable = (int)davar_fit_usable(result);
     curve->plan = plan;
     curve->count = (usable < (int)plan->count) ? usable : (int)plan->count;
-    curve->unit = whole_at(plan, result, 0);
+    curve->unit = y_of_size(plan, result, 0);
     if (curve->unit.mantissa == 0U) {
         return false;
     }
-    curve->rounding = float_of(scaled_quotient(davar_rounding(plan, result), curve->unit));
+    curve->rounding = ratio_to_float(scaled_quotient(davar_rounding(plan, result), curve->unit));
     curve->level = plan->level;
     for (int t = 0; t < curve->count; t++) {
-        const float y = float_of(scaled_quotient(whole_at(plan, result, t), curve->unit));
+        const float y = ratio_to_float(scaled_quotient(y_of_size(plan, result, t), curve->unit));
         curve->gain[t] = plan->gain[t];
         curve->offset[t] = plan->offset[t];
         curve->rounded[t] = curve->rounding / plan->gain[t];
-        curve->y[t] = larger(y - curve->rounded[t], 0.0F);
-        curve->inverse[t] = plan->freedom[t] / float_of(scaled_of_double(plan->edf[t]));
+        curve->y[t] = larger_of(y - curve->rounded[t], 0.0F);
+        curve->inverse[t] = plan->freedom[t] / ratio_to_float(scaled_of_double(plan->edf[t]));
     }
     return true;
 }
@@ -142,13 +142,13 @@ static void prepare(const curve_t *curve, shape_t shape, float square, line_t *l
     for (int t = line->first; t < line->end; t++) {
         const float white = square + curve->rounded[t];
         const float all = curve->y[t] + curve->rounded[t];
-        line->scatter[t] = white * larger(2.0F * all - white, white);
+        line->scatter[t] = white * larger_of(2.0F * all - white, white);
         line->shape[t] = shape_at(curve, t, line->end - 1, shape);
     }
 }
 
 /* Weighted least squares. A slope below 0 beside motion is chance and becomes 0. */
-static void solve(const curve_t *curve, shape_t shape, float before, line_t *line)
+static void solve_line(const curve_t *curve, shape_t shape, float before, line_t *line)
 {
     float s0 = 0.0F;
     float s1 = 0.0F;
@@ -158,7 +158,7 @@ static void solve(const curve_t *curve, shape_t shape, float before, line_t *lin
     for (int t = line->first; t < line->end; t++) {
         const float s = line->shape[t];
         const float weight =
-            1.0F / (variance_at(curve, line, t) + squared(offset_at(curve, t, before)));
+            1.0F / (variance_at(curve, line, t) + float_square(offset_at(curve, t, before)));
         const float weighted = weight * s;
         line->of_square[t] = weight;
         s0 += weight;
@@ -182,7 +182,7 @@ static void solve(const curve_t *curve, shape_t shape, float before, line_t *lin
     }
 }
 
-/* The sum of squared residuals in standard errors. Of the uncertain filter, which moves all sizes
+/* The sum of float_square residuals in standard errors. Of the uncertain filter, which moves all sizes
  * together, any multiple of one standard error may explain them. */
 static float misfit_of(const curve_t *curve, const line_t *line)
 {
@@ -193,20 +193,20 @@ static float misfit_of(const curve_t *curve, const line_t *line)
         const float rest = curve->y[t] - line->square - line->slope * line->shape[t];
         const float offset = offset_at(curve, t, line->square);
         const float inverse = 1.0F / variance_at(curve, line, t);
-        sum += squared(rest) * inverse;
+        sum += float_square(rest) * inverse;
         along += offset * rest * inverse;
-        norm += squared(offset) * inverse;
+        norm += float_square(offset) * inverse;
     }
-    return sum - squared(along) / norm;
+    return sum - float_square(along) / norm;
 }
 
-static float covariance_of(const curve_t *curve, int t, int u)
+static float flat_covariance(const curve_t *curve, int t, int u)
 {
     return curve->plan->covariance[plan_pair(t, u)] * curve->inverse[t]; /* t <= u */
 }
 
-/* Does the line leave no real misfit? Its variance is twice the sum of the squared correlations. */
-static bool explains(const curve_t *curve, const line_t *line)
+/* Does the line leave no real misfit? Its variance is twice the sum of the float_square correlations. */
+static bool line_explains(const curve_t *curve, const line_t *line)
 {
     const float sizes = (float)(line->end - line->first);
     const float freedom = sizes - 2.0F;
@@ -214,15 +214,16 @@ static bool explains(const curve_t *curve, const line_t *line)
     float sum = sizes;
     for (int u = line->first; u < line->end; u++) {
         for (int t = line->first; t < u; t++) {
-            sum += 2.0F * squared(covariance_of(curve, t, u)) /
-                   (covariance_of(curve, t, t) * covariance_of(curve, u, u));
+            sum += 2.0F * float_square(flat_covariance(curve, t, u)) /
+                   (flat_covariance(curve, t, t) * flat_covariance(curve, u, u));
         }
     }
-    return !(above > 0.0F) || !(squared(above) > squared(MISFIT) * 2.0F * sum * (freedom / sizes));
+    return !(above > 0.0F) ||
+           !(float_square(above) > float_square(MISFIT_REAL) * 2.0F * sum * (freedom / sizes));
 }
 
 /* Variance of a sum of factor[t] y[t]. */
-static float variance_of(const curve_t *curve, const line_t *line, const float factor[])
+static float flat_variance(const curve_t *curve, const line_t *line, const float factor[])
 {
     const float level = curve->level * line->square;
     float weight[DAVAR_TAUS_MAX];
@@ -231,13 +232,14 @@ static float variance_of(const curve_t *curve, const line_t *line, const float f
     for (int u = line->first; u < line->end; u++) {
         float row = 0.0F;
         for (int t = line->first; t < u; t++) {
-            row += covariance_of(curve, t, u) * weight[t];
+            row += flat_covariance(curve, t, u) * weight[t];
         }
-        weight[u] = root_of(line->scatter[u]) * factor[u];
-        sum += weight[u] * (2.0F * row + covariance_of(curve, u, u) * weight[u]);
+        weight[u] = root_of_float(line->scatter[u]) * factor[u];
+        sum += weight[u] * (2.0F * row + flat_covariance(curve, u, u) * weight[u]);
         offset += offset_at(curve, u, line->square) * factor[u];
     }
-    return larger(sum, 0.0F) + AXIS_MARGIN * squared(offset) + squared(level);
+    return larger_of(sum, 0.0F) + (float)DAVAR_FIT_AXIS_MARGIN * float_square(offset) +
+           float_square(level);
 }
 
 /* Fits the sizes first to end - 1. `before`: about the white noise; it decides how y scatters.
@@ -248,9 +250,9 @@ static bool fit_line(const curve_t *curve, int first, int end, shape_t shape, fl
     line->first = first;
     line->end = end;
     prepare(curve, shape, before, line);
-    solve(curve, shape, before, line);
+    solve_line(curve, shape, before, line);
     line->misfit = misfit_of(curve, line);
-    return (line->square > 0.0F) && explains(curve, line);
+    return (line->square > 0.0F) && line_explains(curve, line);
 }
 
 /* The sizes below `end` that are at most m. */
@@ -272,7 +274,7 @@ static bool fit_moving(const curve_t *curve, line_t *line)
         before = (curve->y[t] < before) ? curve->y[t] : before;
     }
     (void)fit_line(curve, 0, end, RAMP, before, line); /* how the sizes scatter */
-    before = larger(line->square, before);
+    before = larger_of(line->square, before);
     while ((end <= curve->count) && fit_line(curve, 0, end, RAMP, before, line)) {
         before = line->square;
         end++;
@@ -280,7 +282,7 @@ static bool fit_moving(const curve_t *curve, line_t *line)
     if (end > curve->count) {
         return true;
     }
-    end = end_at(curve, end - 1, curve->plan->m[end - 2] / OCTAVE);
+    end = end_at(curve, end - 1, curve->plan->m[end - 2] / OCTAVE_DOWN);
     return (end >= SIZES_MOVING) && fit_line(curve, 0, end, RAMP, before, line);
 }
 
@@ -293,8 +295,8 @@ static bool fit_settled(const curve_t *curve, line_t *line, line_t *trend)
         (void)fit_line(curve, first, curve->count, NOTHING, last, line); /* how they scatter */
         const float before = line->square;
         if (fit_line(curve, first, curve->count, SETTLING, before, trend) &&
-            !(squared(trend->slope) >
-              squared(TREND) * variance_of(curve, trend, trend->of_slope))) {
+            !(float_square(trend->slope) >
+              float_square(TREND_SHOWN) * flat_variance(curve, trend, trend->of_slope))) {
             const float m = curve->plan->m[first] * SETTLED;
             while ((first < curve->count) && (curve->plan->m[first] < m)) {
                 first++;
@@ -310,7 +312,7 @@ static bool fit_settled(const curve_t *curve, line_t *line, line_t *trend)
 static float inverse_edf(const curve_t *curve, const line_t *line)
 {
     const float tails = (float)(DAVAR_LAWS ? curve->plan->white_tails : 0U);
-    return (variance_of(curve, line, line->of_square) / (2.0F * squared(line->square))) +
+    return (flat_variance(curve, line, line->of_square) / (2.0F * float_square(line->square))) +
            (tails / (float)(UINT32_C(1) << NOISE_BITS));
 }
 
@@ -321,17 +323,17 @@ typedef struct {
     float square;
     float low;
     float high;
-} part_t;
+} flat_part_t;
 
-static part_t part_of(const curve_t *curve, const line_t *line)
+static flat_part_t part_of_line(const curve_t *curve, const line_t *line)
 {
     const float inverse = inverse_edf(curve, line);
     const float most = (inverse < 1.0F) ? inverse : 1.0F;
     scaled_t low;
     scaled_t high;
-    davar_chi_square(scaled_inverse(scaled_of_float(larger(most, INVERSE_LEAST))), &low, &high);
-    return (part_t){line->first, line->end - 1, line->square, line->square * scaled_to_float(low),
-                    line->square * scaled_to_float(high)};
+    davar_chi_square(scaled_inverse(scaled_of_float(larger_of(most, INVERSE_LEAST))), &low, &high);
+    return (flat_part_t){line->first, line->end - 1, line->square,
+                         line->square * scaled_to_float(low), line->square * scaled_to_float(high)};
 }
 
 /* Is the noise at least what rounding may hide, and known well enough to be a value? */
@@ -342,18 +344,18 @@ static bool is_value(const curve_t *curve, const line_t *line)
            (2.0F * inverse_edf(curve, line) < RELATIVE_MOST);
 }
 
-/* If slow noise instead of motion explains the same sizes, it leaves less white noise. */
-static bool find_moving(const curve_t *curve, part_t *part)
+/* If slow noise instead of motion line_explains the same sizes, it leaves less white noise. */
+static bool find_moving(const curve_t *curve, flat_part_t *part)
 {
     line_t line;
     if (!fit_moving(curve, &line) || !is_value(curve, &line)) {
         return false;
     }
-    *part = part_of(curve, &line);
-    for (int shape = (int)WALK; shape >= (int)FLICKER; shape--) {
+    *part = part_of_line(curve, &line);
+    for (int shape = (int)WALK; shape >= (int)FLICKER_NOISE; shape--) {
         line_t other;
         if (fit_line(curve, line.first, line.end, (shape_t)shape, line.square, &other)) {
-            const float low = part_of(curve, &other).low;
+            const float low = part_of_line(curve, &other).low;
             part->low = (low < part->low) ? low : part->low;
         }
     }
@@ -361,29 +363,30 @@ static bool find_moving(const curve_t *curve, part_t *part)
 }
 
 /* The trend that does not show may be there. */
-static bool find_settled(const curve_t *curve, part_t *part)
+static bool find_settled(const curve_t *curve, flat_part_t *part)
 {
     line_t line;
     line_t trend;
     if (!fit_settled(curve, &line, &trend) || !is_value(curve, &line)) {
         return false;
     }
-    const float error = root_of(variance_of(curve, &trend, trend.of_square));
-    *part = part_of(curve, &line);
-    part->high = larger(part->high, trend.square + HIDDEN * error);
+    const float error = root_of_float(flat_variance(curve, &trend, trend.of_square));
+    *part = part_of_line(curve, &line);
+    part->high = larger_of(part->high, trend.square + TREND_HIDDEN * error);
     return true;
 }
 
-static double in_unit(const curve_t *curve, float square)
+static double flat_in_unit(const curve_t *curve, float square)
 {
     const scaled_t root = davar_scaled_root(scaled_times(scaled_of_float(square), curve->unit));
     return davar_scaled_to_double(scaled_times(root, scaled_of_double(curve->plan->root[WHITE])));
 }
 
-static void write_part(const curve_t *curve, const part_t *part, davar_result_t *result)
+static void write_part(const curve_t *curve, const flat_part_t *part, davar_result_t *result)
 {
-    result->coefficient[WHITE] = (davar_coefficient_t){
-        true, in_unit(curve, part->square), in_unit(curve, part->low), in_unit(curve, part->high)};
+    result->coefficient[WHITE] =
+        (davar_coefficient_t){true, flat_in_unit(curve, part->square),
+                              flat_in_unit(curve, part->low), flat_in_unit(curve, part->high)};
     result->flat_from = result->tau[part->first].m;
     result->flat_to = result->tau[part->last].m;
 }
@@ -391,27 +394,27 @@ static void write_part(const curve_t *curve, const part_t *part, davar_result_t 
 /* Long sizes that settle may be white noise after a narrower filter than the declared one, and they
  * may be motion that looks like noise. They limit white noise, and if they contradict the short
  * sizes, neither gives a value. */
-static void write_mixed(const davar_plan_t *plan, curve_t *curve, davar_result_t *result)
+static void flat_mixed(const davar_plan_t *plan, curve_t *curve, davar_result_t *result)
 {
     double *const high = &result->coefficient[WHITE].high;
-    part_t moving;
-    part_t settled;
+    flat_part_t moving;
+    flat_part_t settled;
     const bool moves = plan->declared && find_moving(curve, &moving);
     forget_filter(curve);
     const bool settles = find_settled(curve, &settled);
     if (moves && !(settles && (moving.high < settled.low))) {
         write_part(curve, &moving, result);
     } else if (settles) {
-        const double limit = in_unit(curve, settled.high);
+        const double limit = flat_in_unit(curve, settled.high);
         *high = (*high < limit) ? limit : *high;
     } else {
         /* the limit stays */
     }
 }
 
-static void write_filtered(curve_t *curve, davar_result_t *result)
+static void flat_filtered(curve_t *curve, davar_result_t *result)
 {
-    part_t settled;
+    flat_part_t settled;
     forget_filter(curve);
     if (find_settled(curve, &settled)) {
         write_part(curve, &settled, result);
@@ -429,9 +432,9 @@ bool davar_fit_flat(davar_plan_t *plan, double rate_hz, davar_result_t *result)
     if (!present && (mixed || filtered) && read_curve(plan, result, &curve)) {
         davar_plan_rate(plan, rate_hz);
         if (mixed) {
-            write_mixed(plan, &curve, result);
+            flat_mixed(plan, &curve, result);
         } else {
-            write_filtered(&curve, result);
+            flat_filtered(&curve, result);
         }
     }
     return result->coefficient[WHITE].present;

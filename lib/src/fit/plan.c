@@ -17,9 +17,6 @@
  * plan->floor, or less (5.15). */
 #define FINE_FLOOR 0.25
 
-/* The gains of an uncertain filter do not change linearly: a quarter more variance (5.16). */
-#define AXIS_MARGIN 1.25
-
 /* Noise is hidden below this share of what rounding could hide. If it were 1, half a count would be
  * reported where its random fluctuation exceeds it, with a mean 4 % too high (5.15). */
 #define NEARLY 0.94
@@ -231,7 +228,7 @@ static void plan_white(davar_plan_t *plan, double constant[], double share)
     plan->rounding_most[WHITE] = (float)rounding_most(plan, constant);
     const double offset = offset_in(plan, constant);
     const double level = (double)plan->level;
-    plan->offset_variance[WHITE] = (float)((AXIS_MARGIN * offset * offset) + (level * level));
+    plan->offset_variance[WHITE] = (float)((DAVAR_FIT_AXIS_MARGIN * offset * offset) + (level * level));
     plan->scale[WHITE] = 1.0F;
     plan->centre[WHITE] = 0.0F;
 }

@@ -81,6 +81,9 @@ int64_t davar_aligned_sum(const int32_t factor[], const scaled_t value[], int co
 #define DAVAR_FIT_THRESHOLD_QUARTERS 12U
 #define DAVAR_FIT_THRESHOLD (DAVAR_FIT_THRESHOLD_QUARTERS / 4.0)
 
+/* The gains of an uncertain filter do not change linearly: a quarter more variance (5.16). */
+#define DAVAR_FIT_AXIS_MARGIN 1.25
+
 /* A cluster size passes the filter if its gain is at least this (5.16). */
 #define DAVAR_FIT_PASSED 0.35F
 

@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from . import choice, costs, design, programs, report, sensors, text, wishes
+from . import choice, costs, design, programs, report, sensors, simulate, text, wishes
 from .choice import Impossible, Plan
 from .wishes import BadOption
 
@@ -36,8 +36,8 @@ What you have
                        to state the least bias instability. A noise density of D deg/s/sqrt(Hz) in
                        a data sheet is one-sided: N = 60 D / sqrt(2) = 42.4 D
   --lost PERCENT       of the samples, each reported as a gap: memory for the gaps of a window (1)
-  --motion MOTION      slow: ARW also while the gyro turns slowly, by hand or on wheels (the default);
-                       none: at rest, where this costs less flash
+  --motion MOTION      slow: ARW also while the gyro turns slowly, by hand or on wheels; none: only
+                       at rest, which needs less flash (slow if --flash and --ram allow it)
   --core CORE          {cores}
   --flash BYTES        that davar may use; 24k is 24576
   --ram BYTES          the same, without the stack
@@ -53,6 +53,8 @@ What you want
   -o FOLDER            write the files; without it, only print
   --self-contained     with -o: also write davar itself, as davar.c and davar.h, so that FOLDER
                        compiles alone
+  --simulate           compile the setup for this machine, run 500 windows of the declared noise,
+                       filter and counts, and print what came out
   --json               one JSON object on standard output
   --help
 
@@ -105,15 +107,16 @@ def run(words: Sequence[str]) -> int:
         else:
             print("davar-plan: " + "\n".join(report.impossible(why)), file=sys.stderr)
         return 1
+    found = simulate.simulate(plan) if command.simulate else None
     wrote = "nothing: give a folder with -o to get the C files"
     if command.folder is not None:
         contents = files(plan, "tools/davar-plan " + shlex.join(words), command.self_contained)
         write(Path(command.folder), contents)
         wrote = f"{', '.join(contents)} in {command.folder}"
     if command.json:
-        print(json.dumps(report.as_json(plan), indent=1))
+        print(json.dumps(report.as_json(plan) | report.simulated_as_json(found), indent=1))
     else:
-        print("\n".join([*report.lines(plan), f"  wrote  {wrote}"]))
+        print("\n".join([*report.lines(plan), *report.simulated(found), f"  wrote  {wrote}"]))
     return 0
 
 

@@ -13,6 +13,7 @@ from .wishes import Wishes, with_option
 
 PERCENT_STILL_USEFUL = 40.0
 FITS = ("arw", "terms", "curve")  # best first
+NO_ROOM = ""  # for motion, which is not stated: none
 RAM_OVER_FLASH = 2  # a byte of RAM is scarcer
 MORE = (1.0, 1.03, 1.1, 1.2)  # than a plan needs, so that the planner finds one
 LENGTHEN = (1.25, 1.5, 2, 3, 4, 6, 10, 20, 50, 100)
@@ -192,6 +193,26 @@ NEEDS: dict[str, tuple[Callable[[Plan], float], Callable[[float], str]]] = {
 LIMITS = {"--flash": "flash_bytes", "--ram": "ram_bytes"}
 
 
+def for_motion(plan: Plan) -> list[Relaxed]:
+    """Limits with which a setup without motion would have it. Empty: it needs none, or has it."""
+    wishes = plan.design.wishes
+    if wishes.motion != NO_ROOM or (wishes.flash_bytes is None and wishes.ram_bytes is None):
+        return []
+    return _with_limits(replace(wishes, motion="slow"), lambda found: True)
+
+
+def _with_limits(wishes: Wishes, suits: Callable[[Plan], bool]) -> list[Relaxed]:
+    """The fewest of --flash and --ram, with values with which there is a plan that suits."""
+    for options in (["--flash"], ["--ram"], ["--flash", "--ram"]):
+        unlimited: dict[str, Any] = {LIMITS[option]: None for option in options}
+        found = find(replace(wishes, **unlimited), costs.table()[wishes.core])
+        if found and suits(found):
+            return [
+                Relaxed(option, NEEDS[option][1](NEEDS[option][0](found))) for option in options
+            ]
+    return []
+
+
 def for_all_terms(plan: Plan) -> list[Relaxed]:
     """Limits with which a setup with a curve would fit all five terms. Empty: it does, or it has
     no curve.
@@ -199,14 +220,7 @@ def for_all_terms(plan: Plan) -> list[Relaxed]:
     wishes = plan.design.wishes
     if plan.design.fit != "curve":
         return []
-    for options in (["--flash"], ["--ram"], ["--flash", "--ram"]):
-        unlimited: dict[str, Any] = {LIMITS[option]: None for option in options}
-        found = find(replace(wishes, **unlimited), costs.table()[wishes.core])
-        if found and found.design.fit == "terms":
-            return [
-                Relaxed(option, NEEDS[option][1](NEEDS[option][0](found))) for option in options
-            ]
-    return []
+    return _with_limits(wishes, lambda found: found.design.fit == "terms")
 
 
 # --- what to relax ---
@@ -295,7 +309,7 @@ def _relaxed_wishes(wishes: Wishes, of_core: Any) -> Iterator[Relaxed]:
             if plan.design.cascade_taus:
                 yield Relaxed("--longest-tau", number(other.longest_tau_s or 0))
             break
-    if wishes.motion != "none" and find(replace(wishes, motion="none"), of_core):
+    if wishes.motion == "slow" and find(replace(wishes, motion="none"), of_core):
         yield Relaxed("--motion", "none")
     for axes in range(wishes.axes - 1, 0, -1):
         if find(replace(wishes, axes=axes), of_core):
@@ -435,9 +449,12 @@ def _hints(
 def plan(wishes: Wishes) -> Plan:
     """The plan for the wishes. Raises Impossible, or BadOption for a filter."""
     of_core = costs.table()[wishes.core]
-    found = find(wishes, of_core)
-    if found is not None:
-        return found
+    motions = ("slow", NO_ROOM) if wishes.motion is None else (wishes.motion,)
+    choices = [find(replace(wishes, motion=motion), of_core) for motion in motions]
+    fitting = [plan for plan in choices if plan is not None]
+    if fitting:
+        return min(fitting, key=lambda plan: FITS.index(plan.design.fit))
+    wishes = replace(wishes, motion=motions[-1])
     plans = [(percent, group) for percent, group in _plans(wishes, of_core) if group]
     if plans and all(math.isinf(p.promise.arw_percent) for _, group in plans for p in group):
         raise _hidden(wishes)

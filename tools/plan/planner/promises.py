@@ -5,11 +5,10 @@ from dataclasses import dataclass
 from statistics import NormalDist
 
 from . import programs
-from .design import BLOCK, CASCADE_CLUSTERS, MEAN_WINDOW, Design, noise_counts
+from .design import CASCADE_CLUSTERS, MEAN_WINDOW, Design, noise_counts
 
 FLOOR = 0.664  # deviation of bias instability B, over B: (1.2) of lib/DESIGN.md
-FILTERED = 1.25  # delays of law glr after a filter, at most, lib/src/laws/DESIGN.md
-PRESENT_LEAST = 50.0  # percent of windows
+PRESENT_LEAST = 97.0  # percent of windows
 
 
 @dataclass(frozen=True)
@@ -44,9 +43,8 @@ def promise(design: Design) -> Promise:
     shown = found.get("present_percent", 0.0) >= PRESENT_LEAST
     respond = design.respond_s
     if glr:
-        filtered = wishes.bandwidth not in (None, "none")
-        seen = found.get("doubling_samples", math.inf) * (FILTERED if filtered else 1.0)
-        respond = (seen + BLOCK) / wishes.rate_hz  # a push of one sample passes few of a block
+        seen = found.get("doubling_samples", math.inf)
+        respond = seen / wishes.rate_hz
     longest = design.taus_s[-1]
     freedom = 0.927 * (CASCADE_CLUSTERS + 0.36)  # of random walk: (5.1) of lib/src/fit/DESIGN.md
     edge = wishes.noise / (FLOOR * math.sqrt(longest / 3600)) if slow and wishes.noise else None

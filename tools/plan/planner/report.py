@@ -2,11 +2,13 @@
 
 import math
 import re
+from dataclasses import asdict
 from typing import Any
 
 from . import text
-from .choice import Impossible, Plan, for_all_terms, number
+from .choice import Impossible, Plan, for_all_terms, for_motion, number
 from .design import WINDOW_MOST, WINDOWS, noise_counts
+from .simulate import MOVING, WINDOWS as SIMULATED_WINDOWS, Simulated
 
 CLOCK_OF_EVERY_CHIP_MHZ = 16
 ALIASED_LEAST = 0.02  # of ARW, that is worth a remark
@@ -15,7 +17,7 @@ FIT = {
     "curve": "ARW, and the Allan curve with intervals",
     "terms": "ARW; on request all five terms from the whole curve",
 }
-MOTION = {"none": "", "slow": "; in slow motion ARW from the flat part"}
+MOTION = {None: "", "": "", "none": "", "slow": "; in slow motion ARW from the flat part"}
 
 
 def duration(value: float) -> str:
@@ -148,6 +150,12 @@ def _of_wishes(plan: Plan) -> list[str]:
             f"--longest-tau {number(wishes.longest_tau_s)} adds nothing: the results of "
             f"davar_setup_take reach {duration(design.taus_s[-1])}, so there is no "
             "davar_setup_curve"
+        )
+    motion = for_motion(plan)
+    if motion:
+        options = " ".join(f"{one.option} {one.value}" for one in motion)
+        found.append(
+            f"in motion, ARW is an upper limit only: a value needs {options} (or state --motion none)"
         )
     terms = for_all_terms(plan)
     if terms:
@@ -291,9 +299,36 @@ def as_json(plan: Plan) -> dict[str, Any]:
         "law": design.law,
         "engine": design.engine,
         "fit": design.fit,
-        "motion": design.wishes.motion,
+        "motion": design.wishes.motion or "none",
         "remarks": remarks(plan),
     }
+
+
+def percent(share: float) -> str:
+    return f"{100 * share:.1f} %"
+
+
+def simulated(found: Simulated | None) -> list[str]:
+    """What came out, for each promise."""
+    if found is None:
+        return []
+    lines = [
+        f"{SIMULATED_WINDOWS} windows of {number(found.noise)} deg/sqrt(h) at rest: ARW in "
+        f"{percent(found.present)} of results, interval holds {percent(found.holds)}, "
+        f"+-{number(found.arw_percent)} %",
+        f"nine in ten changes of the noise show after {duration(found.respond_s)}",
+    ]
+    if found.moving_present is not None and found.moving_holds is not None:
+        lines.append(
+            f"in motion of {MOVING}: ARW in {percent(found.moving_present)} of results, "
+            f"interval holds {percent(found.moving_holds)}"
+        )
+    return [f"  {'ran' if i == 0 else '':6} {line}" for i, line in enumerate(lines)]
+
+
+def simulated_as_json(found: Simulated | None) -> dict[str, Any]:
+    """Shares from 0 to 1."""
+    return {} if found is None else {"simulated": asdict(found)}
 
 
 def impossible(why: Impossible) -> list[str]:

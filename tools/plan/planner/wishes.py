@@ -12,7 +12,7 @@ from . import sensors
 TYPES = ("int16", "int32", "float")
 MOTIONS = ("none", "slow")
 AXES_MOST = 16
-FLAGS = ("--json", "--self-contained")
+FLAGS = ("--json", "--self-contained", "--simulate")
 OF_A_FIT = ("--taus", "--long", "--name")  # options of the program in C
 
 
@@ -33,7 +33,7 @@ class Wishes:
     bandwidth: str | None = None  # as davar-plan --bandwidth
     noise: float | None = None  # typical angle random walk, deg/sqrt(h)
     lost_percent: float = 1.0  # of the samples
-    motion: str = "slow"
+    motion: str | None = None  # "": as none, because slow does not fit
     respond_s: float | None = None
     arw_percent: float | None = None
     longest_tau_s: float | None = None
@@ -144,6 +144,7 @@ class Command:
     folder: str | None
     json: bool
     self_contained: bool
+    simulate: bool
 
 
 def _values(words: Sequence[str], options: Sequence[str]) -> dict[str, str]:
@@ -218,4 +219,10 @@ def read(words: Sequence[str], cores: Sequence[str]) -> Command:
     wishes = replace(Wishes(rate_hz=0.0, core=""), **stated)  # type: ignore[arg-type]
     if "--self-contained" in texts and "-o" not in texts:
         raise BadOption("--self-contained: needs -o FOLDER, where the files are written")
-    return Command(checked(wishes), texts.get("-o"), "--json" in texts, "--self-contained" in texts)
+    return Command(
+        checked(wishes),
+        texts.get("-o"),
+        json="--json" in texts,
+        self_contained="--self-contained" in texts,
+        simulate="--simulate" in texts,
+    )
