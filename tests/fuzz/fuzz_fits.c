@@ -196,16 +196,32 @@ static void check_result(bool is_white)
     REQUIRE(!is_white || result.coefficient[DAVAR_ANGLE_RANDOM_WALK].present);
 }
 
+/* The flat part gives the angle random walk only where it is absent, and keeps the kind of noise. */
+static void fit_flat(double rate_hz)
+{
+    const davar_result_t before = result;
+    const bool given = before.coefficient[DAVAR_ANGLE_RANDOM_WALK].present;
+    const bool found = davar_fit_flat(&plan, rate_hz, &result);
+    REQUIRE(found == result.coefficient[DAVAR_ANGLE_RANDOM_WALK].present);
+    REQUIRE((result.noise == before.noise) && (found || !given));
+    REQUIRE((found && !given) == (result.flat_to > 0U));
+    REQUIRE(result.flat_from <= result.flat_to);
+    add(result.flat_from + ((uint64_t)result.flat_to << 32U));
+    check_result(result.noise == DAVAR_NOISE_WHITE);
+}
+
 /* Both fits agree where white noise explains the window. */
 static void fit(double rate_hz)
 {
     const davar_result_t given = result;
     const bool is_white = davar_fit_white(&plan, rate_hz, &result);
     check_result(is_white);
+    fit_flat(rate_hz);
     const davar_coefficient_t arw = result.coefficient[DAVAR_ANGLE_RANDOM_WALK];
     result = given;
     davar_fit(&plan, rate_hz, &result);
     check_result(result.noise == DAVAR_NOISE_WHITE);
+    fit_flat(rate_hz);
     REQUIRE(!is_white || (result.noise == DAVAR_NOISE_WHITE));
     const double value = result.coefficient[DAVAR_ANGLE_RANDOM_WALK].value;
     REQUIRE(!is_white || ((arw.value <= value) && (arw.value >= value)));

@@ -131,3 +131,56 @@ def after_two_poles(cutoff, count, noise):
     size = math.sqrt(moving[centre] / (1 + theta**2) / covariance.sum())
     shocks = noise.normal(0, size, count + 1000)
     return signal.lfilter([1, theta], taps, shocks)[1000:]
+
+
+# A line per result of the first axis: present, value, low, high, noise, unstable.
+PROGRAM = """
+#include "davar_setup.h"
+#include <stdio.h>
+#include <stdlib.h>
+int main(void)
+{
+    char line[32];
+    if (davar_setup_start() != DAVAR_OK) {
+        return 1;
+    }
+    while (fgets(line, sizeof line, stdin) != NULL) {
+        int16_t counts[DAVAR_SETUP_AXES];
+        for (int axis = 0; axis < DAVAR_SETUP_AXES; axis++) {
+            counts[axis] = (int16_t)atoi(line);
+        }
+        if (line[0] == 'g') {
+            davar_setup_gap(1);
+            continue;
+        }
+        davar_setup_push(counts, 1);
+        const davar_result_t *result = davar_setup_take(0);
+        if (result != NULL) {
+            const davar_coefficient_t *arw = &result->coefficient[DAVAR_ANGLE_RANDOM_WALK];
+            printf("%d %g %g %g %d %d\\n", arw->present, arw->value, arw->low, arw->high,
+                   (int)result->noise, result->unstable);
+        }
+    }
+    return 0;
+}
+"""
+
+
+def compiled(folder, words):
+    """A program with the setup for these words, in a new folder."""
+    done = run([*words.split(), "-o", str(folder), "--self-contained"])
+    assert (done.status, done.err) == (0, "")
+    (folder / "program.c").write_text(PROGRAM)
+    files = ("davar.c", "davar_setup.c", "program.c")
+    command = ["gcc", "-std=c11", "-O2", *files, "-lm", "-o", "program"]
+    made = subprocess.run(command, capture_output=True, text=True, cwd=folder)
+    assert made.returncode == 0, made.stderr
+    return folder / "program"
+
+
+def fed(program, counts, lost=None):
+    """The lines that it prints. lost: per sample, reported as a gap."""
+    gone = np.zeros(len(counts), bool) if lost is None else lost
+    lines = ("g" if missing else str(count) for count, missing in zip(counts, gone, strict=True))
+    done = subprocess.run([program], input="\n".join(lines), capture_output=True, text=True)
+    return np.array([[float(word) for word in line.split()] for line in done.stdout.splitlines()])

@@ -166,8 +166,8 @@ static bool alarm_after(davar_t *davar, double sigma, davar_result_t *result)
 
 static double delay(davar_t *davar, davar_result_t *result, double counts)
 {
-    const uint32_t quiet =
-        davar->config->window.longest + (uint32_t)((double)davar->config->stride * uniform());
+    const uint32_t quiet = (2U * davar->config->window.longest) +
+                           (uint32_t)((double)davar->config->stride * uniform());
     davar_reset(davar);
     for (uint32_t i = 0U; i < quiet; i++) {
         (void)alarm_after(davar, counts, result);

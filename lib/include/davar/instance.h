@@ -33,13 +33,13 @@ typedef struct {
     uint16_t count;
 } davar_gaps_t;
 
-/** Two earlier windows of a fixed length, half a window apart, the newest first (4.5). Fields are
- * private. */
+/** What a window remembers of the past. Fields are private. */
 typedef struct {
     /** @privatesection */
-    uint32_t level[2];       /* of their first sum */
-    uint32_t differences[2]; /* in it; 0: none */
-    uint32_t wait;           /* samples until the next one */
+    uint32_t level[2];       /* of the first sum of two windows, half a window apart (4.5) */
+    uint32_t differences[2]; /* in it; 0: no window */
+    uint32_t wait;           /* samples until the next one is kept */
+    uint32_t equal;          /* with a stride: equal samples up to the newest epoch */
 } davar_past_t;
 
 struct davar_number;
@@ -55,7 +55,7 @@ typedef struct davar {
     float counts_per_unit; /* f32 only: a power of two */
     davar_window_t window;
     davar_health_t health;
-    davar_past_t past; /* fixed windows */
+    davar_past_t past;          /* fixed windows */
     volatile uint32_t sequence; /* odd while a push is at work */
     volatile uint32_t produced; /* results completed */
     volatile uint32_t seen;     /* the value of `produced` at the last take */

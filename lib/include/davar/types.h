@@ -192,9 +192,6 @@ typedef struct {
     uint32_t shocks; /**< law glr: shocks treated as gaps */
 } davar_health_t;
 
-/** Equal samples are counted up to this number. */
-#define DAVAR_EQUAL_MOST 1024U
-
 /** Unit of davar_adev_t.uneven: the noise was equally strong all the time. */
 #define DAVAR_EVEN 256U
 
@@ -247,10 +244,11 @@ typedef enum {
     /** not fitted yet, or too few cluster sizes of the plan have a difference in this window */
     DAVAR_NOISE_UNKNOWN = 0,
     DAVAR_NOISE_WHITE, /**< white noise explains the window: the angle random walk is present */
-    /** white noise alone does not. davar_fit_white gives an upper bound of the angle random walk;
-     * davar_fit separates the terms */
+    /** white noise alone does not. davar_fit_white gives an upper bound of the angle random walk,
+     * davar_fit_flat perhaps its value; davar_fit separates the terms */
     DAVAR_NOISE_MIXED,
-    /** every difference is 0: the noise is below one count, or the sensor is stuck */
+    /** every difference is 0, or more of the newest samples are equal than in noise (5.24): the noise
+     * is below one count, or the sensor is stuck */
     DAVAR_NOISE_CONSTANT,
     /** the noise is below about half a count and hidden by rounding (5.15). Every coefficient is
      * absent; the angle random walk has an upper bound. Use a finer count: a smaller range, or more
@@ -258,7 +256,7 @@ typedef enum {
     DAVAR_NOISE_COARSE,
     /** the short cluster sizes read low, as after a low-pass that is not declared (5.17), or
      * contradict the declared filter (5.16). Every coefficient is absent; the angle random walk has
-     * an upper bound. Declare the filter: davar_plan_init_filtered */
+     * an upper bound (davar_fit_flat). Declare the filter: davar_plan_init_filtered */
     DAVAR_NOISE_FILTERED
 } davar_noise_t;
 
@@ -271,7 +269,7 @@ typedef struct {
      */
     uint32_t mirrored_samples;
     uint32_t gaps_in_window; /**< gaps inside this window */
-    uint32_t equal_samples;  /**< newest samples that are equal, counted up to DAVAR_EQUAL_MOST */
+    uint32_t equal_samples;  /**< newest samples that are equal; above 1024 perhaps more */
     /** the law's flag f. Fixed window: the noise has changed within the last one and a half windows
      * (4.5), or f1 OR f2, for information. glr: cut since the previous epoch */
     bool unstable;
@@ -281,10 +279,8 @@ typedef struct {
     bool chosen;
     uint8_t tau_count;   /**< number of entries of tau, as configured */
     davar_noise_t noise; /**< what davar_fit or davar_fit_white found */
-    /** the shortest and the longest cluster size that the angle random walk is from, samples; 0: it
-     * is absent, or from all sizes */
-    uint32_t flat_from;
-    uint32_t flat_to;
+    uint32_t flat_from;  /**< shortest cluster size that ARW of davar_fit_flat is from; 0: of all */
+    uint32_t flat_to;    /**< longest one */
     /** q15, q31: size of a count; the fit subtracts its rounding (5.15). f32: 0, unknown */
     double unit_per_count;
     double kurtosis;     /**< of the whole window; NaN if its variance is 0 (3.1) */

@@ -228,7 +228,8 @@ static void plan_white(davar_plan_t *plan, double constant[], double share)
     plan->rounding_most[WHITE] = (float)rounding_most(plan, constant);
     const double offset = offset_in(plan, constant);
     const double level = (double)plan->level;
-    plan->offset_variance[WHITE] = (float)((DAVAR_FIT_AXIS_MARGIN * offset * offset) + (level * level));
+    plan->offset_variance[WHITE] =
+        (float)((DAVAR_FIT_AXIS_MARGIN * offset * offset) + (level * level));
     plan->scale[WHITE] = 1.0F;
     plan->centre[WHITE] = 0.0F;
 }

@@ -582,7 +582,8 @@ static bool withholds(const davar_plan_t *plan, davar_white_t *white, davar_resu
 }
 
 /* Did the sensor repeat its last sample more often than white noise of this scatter does once in
- * 10^9 samples (5.24)? The scatter is half the mean square of the difference of two samples. */
+ * 10^9 samples (5.24)? The scatter is half the mean square of the difference of two of the other
+ * samples. */
 static bool is_stuck(const davar_result_t *result)
 {
     const scaled_t adev = scaled_of_double(result->tau[0].adev);
@@ -591,8 +592,15 @@ static bool is_stuck(const davar_result_t *result)
     if ((result->tau[0].m != 1U) || (adev.mantissa == 0U) || (count.mantissa == 0U)) {
         return false;
     }
+    if (result->equal_samples >= result->window_samples) {
+        return true;
+    }
+    const uint32_t rest = result->window_samples - result->equal_samples;
     const scaled_t ratio = scaled_quotient(adev, count);
-    const uint32_t scatter = davar_scaled_to_fixed(scaled_times(ratio, ratio), SCATTER_BITS);
+    const scaled_t share =
+        scaled_quotient(scaled_of_u32(result->window_samples, 0), scaled_of_u32(rest, 0));
+    const uint32_t scatter =
+        davar_scaled_to_fixed(scaled_times(share, scaled_times(ratio, ratio)), SCATTER_BITS);
     for (int i = 0; i < (int)(sizeof runs / sizeof runs[0]); i++) {
         most = (scatter >= runs[i].scatter) ? smaller_of(most, runs[i].equal) : most;
     }

@@ -40,3 +40,11 @@ double davar_scaled_to_double(scaled_t scaled)
     const uint32_t upper = ((uint32_t)exponent << 20U) + ((scaled.mantissa << 1U) >> 12U);
     return davar_double_of_bits(((uint64_t)upper << 32U) | (scaled.mantissa << 21U));
 }
+
+bool davar_levels_differ(uint32_t one, uint32_t other, uint32_t samples)
+{
+    const uint32_t bits = 31U - davar_leading_zeros_32(samples | 1U);
+    const uint32_t whole = UINT32_C(1) << (24U - (bits / 2U));
+    const uint32_t limit = ((bits % 2U) == 0U) ? whole : (whole - (whole / 4U));
+    return (samples >= 64U) && ((one - other + limit) > (2U * limit));
+}

@@ -89,6 +89,18 @@ static inline scaled_t scaled_quotient(scaled_t a, scaled_t b)
     return scaled_times(a, scaled_inverse(b));
 }
 
+/* 2^20 log2, straight between powers of two; 0 of 0. */
+static inline uint32_t scaled_level(scaled_t a)
+{
+    const uint32_t whole = (uint32_t)(a.exponent + 64) << 20U;
+    return (a.mantissa == 0U) ? 0U : (whole + ((a.mantissa << 1U) >> 12U));
+}
+
+/* Do two levels of sums over so many samples of noise differ by more than those of unchanged noise do
+ * once in a thousand times? The limit is about 2^24 / sqrt(samples); below 64 samples there is none
+ * (4.5). */
+bool davar_levels_differ(uint32_t one, uint32_t other, uint32_t samples);
+
 /* The smaller number loses the bits below the last one of the larger. */
 scaled_t davar_scaled_plus(scaled_t a, scaled_t b);
 

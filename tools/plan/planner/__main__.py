@@ -130,6 +130,9 @@ def main() -> int:
     except BadOption as why:
         print(f"davar-plan: {why}", file=sys.stderr)
         return 2
+    except BrokenPipeError:  # the reader has enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
 
 
 if __name__ == "__main__":

@@ -181,6 +181,8 @@ def cost(design: Design, of_core: dict[str, Any]) -> Cost:
     if wishes.motion == "slow":
         for figure, features in FLAT_FEATURES.items():
             added = _sum(features(design), of_core["flat"][figure])
-            found[figure] = max(found[figure], added) if figure in ABSOLUTE else found[figure] + added
+            found[figure] = (
+                max(found[figure], added) if figure in ABSOLUTE else found[figure] + added
+            )
     rounded = {figure: round(value) for figure, value in found.items()}
     return Cost(ram_bytes=ram_bytes(design, sizes, other), curve_instructions=curve, **rounded)

@@ -8,7 +8,8 @@ from typing import Any
 from . import text
 from .choice import Impossible, Plan, for_all_terms, for_motion, number
 from .design import WINDOW_MOST, WINDOWS, noise_counts
-from .simulate import MOVING, WINDOWS as SIMULATED_WINDOWS, Simulated
+from .simulate import MOVING, Simulated
+from .simulate import WINDOWS as SIMULATED_WINDOWS
 
 CLOCK_OF_EVERY_CHIP_MHZ = 16
 ALIASED_LEAST = 0.02  # of ARW, that is worth a remark

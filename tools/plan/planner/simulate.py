@@ -56,7 +56,9 @@ def _library(defines: Sequence[str]) -> Path:
     if not sources or not RUNNER.exists():
         raise BadOption("--simulate: needs the sources of davar: run it in a checkout")
     content = hashlib.sha256(" ".join([*FLAGS, *defines]).encode())
-    for path in sorted(path for place in ("lib", "addons/cascade") for path in (ROOT / place).rglob("*")):
+    for path in sorted(
+        path for place in ("lib", "addons/cascade") for path in (ROOT / place).rglob("*")
+    ):
         if path.suffix in (".c", ".h", ".inc"):
             content.update(path.read_bytes())
     made = CACHE / content.hexdigest()[:16] / "libdavar.a"
@@ -86,11 +88,17 @@ def noise_of(plan: Plan) -> float:
     wishes = plan.design.wishes
     if wishes.noise is not None:
         return wishes.noise
-    unit = OF_FULL_SCALE * (wishes.full_scale or 0) if wishes.type == "float" else COUNTS * (wishes.lsb or 0)
+    unit = (
+        OF_FULL_SCALE * (wishes.full_scale or 0)
+        if wishes.type == "float"
+        else COUNTS * (wishes.lsb or 0)
+    )
     return 60 * unit / wishes.rate_hz**0.5
 
 
-def simulate(plan: Plan, windows: int = WINDOWS, changes: int = CHANGES, seed: int = 1) -> Simulated:
+def simulate(
+    plan: Plan, windows: int = WINDOWS, changes: int = CHANGES, seed: int = 1
+) -> Simulated:
     """Runs the setup on the declared noise, filter and counts. Raises BadOption."""
     design, wishes = plan.design, plan.design.wishes
     defines, slow = text.defines(design), wishes.motion == "slow"
