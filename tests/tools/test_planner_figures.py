@@ -306,7 +306,12 @@ def test_the_suggested_value_is_little_more_than_the_least_that_is_possible(
 
 
 def test_the_counts_of_every_sensor_are_those_of_its_range():
-    stated = {"lsm6dso": 0.07, "l3gd20h": 0.07, "adis16405": 0.05}  # by the data sheet, in deg/s
+    stated = {"lsm6dso": 0.07, "l3gd20h": 0.07, "adis16405": 0.05, "lsm6dsv16x": 0.07}
+    stated |= {
+        "lsm6dso32": 0.07,
+        "adis16470": 0.1,
+        "bno085": 0.1119058,
+    }  # by the data sheet, in deg/s
     for name, part in sensors.PARTS.items():
         expected = stated.get(name, part["range_dps"] / 32768)
         assert part["lsb_dps"] == pytest.approx(expected, rel=0.002), name

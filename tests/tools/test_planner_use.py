@@ -1,5 +1,5 @@
-"""README's setup in use: in motion, with a sensor that sticks, and while the noise changes. Noise and
-motion are made here, by SciPy's analogue low-pass at eight times the rate.
+"""README's setup in use: in motion, with a sensor that sticks, and while the noise changes. SciPy's
+analogue low-pass at eight times the rate makes the noise.
 """
 
 import math

@@ -23,7 +23,7 @@
 #include <string.h>
 
 #define PI 3.141592653589793
-#define LATEST 64.0 /* windows: a change that shows later is missed */
+#define LATEST 64.0 /* windows, after which a change is missed */
 #define MOVING_HZ 0.5
 #define MOVING_DPS 5.0
 

@@ -65,8 +65,9 @@ on standard error, nothing written).
 
 def usage() -> str:
     return USAGE.format(
-        sensors="NAME:\n" + " " * 23 + ", ".join(sorted(sensors.PARTS)[:6]) + ",\n" + " " * 23
-        + ", ".join(sorted(sensors.PARTS)[6:]),
+        sensors="NAME:\n" + " " * 23 + f",\n{' ' * 23}".join(
+            ", ".join(sorted(sensors.PARTS)[i : i + 6]) for i in range(0, len(sensors.PARTS), 6)
+        ),
         axes=wishes.AXES_MOST,
         cores=",\n                       ".join(
             ", ".join(costs.cores()[i : i + 5]) for i in range(0, len(costs.cores()), 5)

@@ -128,7 +128,8 @@ def how(plan: Plan) -> list[str]:
         f"{law} of {design.window} samples, stride {design.stride}{engine}"
         if design.law == "fixed"
         else f"{law} {design.window} samples, stride {design.stride}",
-        f"{len(design.taus)} cluster sizes{slow}; fit: {FIT[design.fit]}{MOTION[design.wishes.motion]}",
+        f"{len(design.taus)} cluster sizes{slow}; "
+        f"fit: {FIT[design.fit]}{MOTION[design.wishes.motion]}",
     ]
 
 
@@ -156,7 +157,7 @@ def _of_wishes(plan: Plan) -> list[str]:
     if motion:
         options = " ".join(f"{one.option} {one.value}" for one in motion)
         found.append(
-            f"in motion, ARW is an upper limit only: a value needs {options} (or state --motion none)"
+            f"in motion, ARW is an upper limit: a value needs {options} (or state --motion none)"
         )
     terms = for_all_terms(plan)
     if terms:

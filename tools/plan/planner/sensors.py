@@ -22,8 +22,8 @@ def plain(name: str) -> str:
 NAMES = {plain(name): key for key, part in PARTS.items() for name in (key, part["title"])}
 
 
-def bandwidth(part: dict[str, Any], rate_hz: float) -> str:
-    """The filter at a sample rate, as an option --bandwidth. Raises ValueError."""
+def bandwidth(part: dict[str, Any], rate_hz: float) -> str | None:
+    """The filter at a sample rate, as an option --bandwidth; None: unknown. Raises ValueError."""
     choices = {float(rate): hz for rate, hz in part.get("bandwidth_at_rate", {}).items()}
     if choices:
         if rate_hz not in choices:
@@ -36,8 +36,9 @@ def bandwidth(part: dict[str, Any], rate_hz: float) -> str:
         fitting = [hz for hz in part["bandwidths"] if hz <= rate_hz / 2]
         hz = max(fitting, default=min(part["bandwidths"]))
     else:
-        return str(part["bandwidth"])
-    return f"{hz:g}:{part['order']}"
+        return part.get("bandwidth")
+    percent = f":{part['percent']}" if "percent" in part else ""
+    return f"{hz:g}:{part['order']}{percent}"
 
 
 def look_up(name: str, rate_hz: float) -> dict[str, object]:
@@ -48,7 +49,7 @@ def look_up(name: str, rate_hz: float) -> dict[str, object]:
     part = PARTS[name]
     if not part["rate_least_hz"] <= rate_hz <= part["rate_most_hz"]:
         raise ValueError(f"a rate of {part['rate_least_hz']:g} to {part['rate_most_hz']:g} Hz")
-    filter = bandwidth(part, rate_hz)
+    filter, noise = bandwidth(part, rate_hz), part.get("noise_dps_per_root_hz")
     return {
         "sensor": f"{name}@{rate_hz:g}",
         "rate_hz": rate_hz,
@@ -56,5 +57,5 @@ def look_up(name: str, rate_hz: float) -> dict[str, object]:
         "lsb": part["lsb_dps"],
         "bandwidth": filter,
         "sensor_bandwidth": filter,
-        "noise": part["noise_dps_per_root_hz"] * 60 / 2**0.5,
+        "noise": noise and noise * 60 / 2**0.5,
     }

@@ -19,7 +19,7 @@ FLAGS = ("-std=c11", "-O2", "-DNDEBUG", "-ffp-contract=off")
 PLACES = ("lib/include", "lib/src", "addons/cascade/include", "host_sim", "tools/plan")
 SAMPLE = {"int16": "int16_t", "int32": "int32_t", "float": "float"}
 WINDOWS = 500
-CHANGES = 300
+CHANGES = {"glr": 300, "fixed": 40}  # of the noise; a fixed window follows all in the same way
 MOVING = "0.5 Hz and 5 deg/s"  # of simulated.c
 COUNTS = 30.0  # noise of a sample if none is stated
 OF_FULL_SCALE = 1e-3  # the same for floats
@@ -93,12 +93,10 @@ def noise_of(plan: Plan) -> float:
         if wishes.type == "float"
         else COUNTS * (wishes.lsb or 0)
     )
-    return 60 * unit / wishes.rate_hz**0.5
+    return float(60 * unit / wishes.rate_hz**0.5)
 
 
-def simulate(
-    plan: Plan, windows: int = WINDOWS, changes: int = CHANGES, seed: int = 1
-) -> Simulated:
+def simulate(plan: Plan, seed: int = 1) -> Simulated:
     """Runs the setup on the declared noise, filter and counts. Raises BadOption."""
     design, wishes = plan.design, plan.design.wishes
     defines, slow = text.defines(design), wishes.motion == "slow"
@@ -126,7 +124,7 @@ def simulate(
             ],
             "compiling the setup",
         )
-        arguments = [wishes.bandwidth or "-", noise, unit, windows, changes, seed]
+        arguments = [wishes.bandwidth or "-", noise, unit, WINDOWS, CHANGES[design.law], seed]
         lines = _run([program, *map(str, arguments)], "running the setup").splitlines()
     found = {key: float(value) for key, value in map(str.split, lines)}
     return Simulated(
