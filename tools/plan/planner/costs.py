@@ -140,8 +140,8 @@ SLOW_FEATURES: dict[str, Features] = {
 }
 # What the fit of the flat part adds to a setup for slow motion; the stack is absolute.
 FLAT_FEATURES: dict[str, Features] = {
-    "flash_bytes": lambda design: [1.0],
-    "take_stack_bytes": _each,
+    "flash_bytes": lambda design: [1.0, float(design.fit == "terms")],
+    "take_stack_bytes": lambda design: [1.0, float(design.taus_max)],
     "worst_take_instructions": lambda design: [1.0, float(len(design.taus)) ** 2],
 }
 ABSOLUTE = ("take_stack_bytes", "curve_instructions")
