@@ -5,20 +5,19 @@
 #include "fit/white.h"
 #include "number/real.h"
 
-#define SIZES_MOVING 4   /* in motion: white noise, a ramp, and two that test them */
-#define SIZES_FLAT 5     /* after a filter: flat for so many, of which the last ones are used, */
-#define SIZES_SETTLED 3  /* ... at least so many */
-#define SETTLED 4.0F     /* ... from this times the size from which the filter does not show */
-#define TREND_SHOWN 2.0F /* standard errors of a trend that shows */
-#define TREND_HIDDEN                                                                               \
-    4.0F                 /* ... and of one that may be hidden in sizes chosen because it does not */
-#define MISFIT_REAL 3.0F /* standard deviations of a misfit that is real */
+#define SIZES_MOVING 4    /* in motion: white noise, a ramp, and two that test them */
+#define SIZES_FLAT 5      /* after a filter: flat for so many, of which the last ones are used, */
+#define SIZES_SETTLED 3   /* ... at least so many */
+#define SETTLED 4.0F      /* ... from this times the size from which the filter does not show */
+#define TREND_SHOWN 2.0F  /* standard errors of a trend that shows */
+#define TREND_HIDDEN 4.0F /* ... and of one that sizes chosen because it does not may hide */
+#define MISFIT_REAL 3.0F  /* standard deviations of a misfit that is real */
 #define OCTAVE_DOWN 2.0F
 #define RELATIVE_MOST 0.125F /* variance of N^2 over N^4, above which it is no value */
 #define INVERSE_LEAST 1e-9F  /* 1 / edf, below which N^2 is exact */
 #define RATIO_MOST 1073741824.0F
 
-/* Powers of m that y can have beside white noise. */
+/* Powers of m that y can have in addition to white noise. */
 typedef enum { SETTLING = -1, NOTHING = 0, FLICKER_NOISE = 1, WALK = 2, RAMP = 3 } shape_t;
 
 /* The Allan variances of a result as y. */
@@ -147,7 +146,7 @@ static void prepare(const curve_t *curve, shape_t shape, float square, line_t *l
     }
 }
 
-/* Weighted least squares. A slope below 0 beside motion is chance and becomes 0. */
+/* Weighted least squares. In motion, a slope below 0 is chance and becomes 0. */
 static void solve_line(const curve_t *curve, shape_t shape, float before, line_t *line)
 {
     float s0 = 0.0F;
@@ -182,7 +181,7 @@ static void solve_line(const curve_t *curve, shape_t shape, float before, line_t
     }
 }
 
-/* The sum of float_square residuals in standard errors. Of the uncertain filter, which moves all sizes
+/* The sum of squared residuals in standard errors. Of the uncertain filter, which moves all sizes
  * together, any multiple of one standard error may explain them. */
 static float misfit_of(const curve_t *curve, const line_t *line)
 {
@@ -205,7 +204,7 @@ static float flat_covariance(const curve_t *curve, int t, int u)
     return curve->plan->covariance[plan_pair(t, u)] * curve->inverse[t]; /* t <= u */
 }
 
-/* Does the line leave no real misfit? Its variance is twice the sum of the float_square correlations. */
+/* Does the line leave no real misfit? Its variance is twice the sum of the squared correlations. */
 static bool line_explains(const curve_t *curve, const line_t *line)
 {
     const float sizes = (float)(line->end - line->first);
@@ -270,6 +269,9 @@ static bool fit_moving(const curve_t *curve, line_t *line)
 {
     float before = curve->y[0];
     int end = SIZES_MOVING;
+    if (curve->count < SIZES_MOVING) {
+        return false;
+    }
     for (int t = 1; t < SIZES_MOVING; t++) {
         before = (curve->y[t] < before) ? curve->y[t] : before;
     }
@@ -286,7 +288,7 @@ static bool fit_moving(const curve_t *curve, line_t *line)
     return (end >= SIZES_MOVING) && fit_line(curve, 0, end, RAMP, before, line);
 }
 
-/* After a filter that is not the declared one, or beside fast vibration: the sizes from four times
+/* After a filter that is not the declared one, or in fast vibration: the sizes from four times
  * the first one on from which y shows no trend as 1 / m, as which both end. */
 static bool fit_settled(const curve_t *curve, line_t *line, line_t *trend)
 {
@@ -344,7 +346,7 @@ static bool is_value(const curve_t *curve, const line_t *line)
            (2.0F * inverse_edf(curve, line) < RELATIVE_MOST);
 }
 
-/* If slow noise instead of motion line_explains the same sizes, it leaves less white noise. */
+/* If slow noise instead of motion explains the same sizes, it leaves less white noise. */
 static bool find_moving(const curve_t *curve, flat_part_t *part)
 {
     line_t line;

@@ -1,0 +1,145 @@
+/* davar tests - white noise from the flat part of exact Allan variances (5.23): which sizes are used,
+ * and where there is no value. tests/statistics/flat.c has its intervals. */
+#include "davar/fit.h"
+#include "fit_fixture.h"
+
+#define ARW DAVAR_ANGLE_RANDOM_WALK
+
+/* N of white noise of variance 1 per sample, in deg/sqrt(h) at 1 Hz. */
+#define N 60.0
+
+static bool fit(void)
+{
+    (void)davar_fit_white(&plan, 1.0, &result);
+    return davar_fit_flat(&plan, 1.0, &result);
+}
+
+static void expect_value(uint32_t from, uint32_t to)
+{
+    const davar_coefficient_t *const arw = &result.coefficient[ARW];
+    TEST_ASSERT_TRUE(arw->present);
+    TEST_ASSERT_TRUE((arw->low < arw->value) && (arw->value < arw->high));
+    TEST_ASSERT_TRUE((arw->low < N) && (N < arw->high));
+    assert_near(N, arw->value, 0.03);
+    TEST_ASSERT_EQUAL_UINT32(from, result.flat_from);
+    TEST_ASSERT_EQUAL_UINT32(to, result.flat_to);
+}
+
+static void test_a_ramp_leaves_all_sizes(void)
+{
+    set_octaves(4440U, 9U);
+    set_model((double[]){0.0, 1.0, 0.0, 0.0, 0.002});
+    TEST_ASSERT_TRUE(fit());
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_MIXED, result.noise);
+    expect_value(1U, 256U);
+    assert_near(N, result.coefficient[ARW].value, 1e-4);
+}
+
+/* Motion that ends after some samples: a ramp at short sizes, less at long ones. */
+static void test_faster_motion_leaves_the_short_sizes(void)
+{
+    set_octaves(4440U, 9U);
+    for (int t = 0; t < 9; t++) {
+        const double m = (double)result.tau[t].m;
+        const double turn =
+            pow(sin(3.14159265358979 * 0.004 * m), 4.0) / pow(3.14159265358979 * 0.004 * m, 2.0);
+        result.tau[t].adev = sqrt((1.0 / m) + (400.0 * turn));
+    }
+    TEST_ASSERT_TRUE(fit());
+    TEST_ASSERT_TRUE((result.flat_to >= 8U) && (result.flat_to <= 64U));
+    expect_value(1U, result.flat_to);
+}
+
+/* After a filter that is not declared, m avar lacks 1 / m. */
+static void test_long_sizes_have_what_a_filter_leaves(void)
+{
+    uint32_t m[9];
+    set_octaves(4440U, 9U);
+    for (int t = 0; t < 9; t++) {
+        m[t] = result.tau[t].m;
+        result.tau[t].adev = sqrt((1.0 - (0.7 / m[t])) / m[t]);
+    }
+    davar_plan_init(&plan, m, 9U);
+    TEST_ASSERT_TRUE(fit());
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_FILTERED, result.noise);
+    TEST_ASSERT_TRUE(result.flat_from >= 16U);
+    expect_value(result.flat_from, 256U);
+}
+
+/* The same excess is a limit if the filter is unknown. */
+static void test_motion_behind_an_unknown_filter_is_a_limit(void)
+{
+    uint32_t m[9];
+    set_octaves(4440U, 9U);
+    for (int t = 0; t < 9; t++) {
+        m[t] = result.tau[t].m;
+    }
+    set_model((double[]){0.0, 1.0, 0.0, 0.0, 0.002});
+    davar_plan_init(&plan, m, 9U);
+    TEST_ASSERT_FALSE(fit());
+    TEST_ASSERT_TRUE(result.coefficient[ARW].high >= N);
+    TEST_ASSERT_EQUAL_UINT32(0U, result.flat_to);
+}
+
+static void test_few_sizes_test_nothing(void)
+{
+    for (uint8_t count = 1U; count < 4U; count++) {
+        set_octaves(4440U, count);
+        set_model((double[]){0.0, 1.0, 0.0, 0.0, 0.9});
+        TEST_ASSERT_FALSE(fit() && (result.noise == DAVAR_NOISE_MIXED));
+        TEST_ASSERT_EQUAL_UINT32(0U, result.flat_to);
+    }
+}
+
+static void test_white_noise_stays(void)
+{
+    set_octaves(600U, 7U);
+    set_model((double[]){0.0, 1.0, 0.0, 0.0, 0.0});
+    (void)davar_fit_white(&plan, 1.0, &result);
+    const davar_result_t before = result;
+    TEST_ASSERT_TRUE(davar_fit_flat(&plan, 1.0, &result));
+    TEST_ASSERT_EQUAL_MEMORY(&before.coefficient[ARW], &result.coefficient[ARW],
+                             sizeof before.coefficient[ARW]);
+    TEST_ASSERT_EQUAL_UINT32(0U, result.flat_to);
+}
+
+/* Contradicting ends: short sizes of a motion, long ones that settle higher. */
+static void test_ends_that_contradict_each_other_are_a_limit(void)
+{
+    static const double y[] = {1.0,  1.02, 1.15, 2.2,  10.0, 40.0,
+                               60.0, 60.0, 60.0, 60.0, 60.0, 60.0};
+    set_octaves(40000U, 12U);
+    for (int t = 0; t < 12; t++) {
+        result.tau[t].adev = sqrt(y[t] / (double)result.tau[t].m);
+    }
+    (void)fit();
+    TEST_ASSERT_FALSE(result.coefficient[ARW].present);
+    TEST_ASSERT_TRUE(result.coefficient[ARW].high > N * sqrt(60.0));
+}
+
+/* Less than half a count is no value, in motion either. */
+static void test_coarse_counts_are_a_limit(void)
+{
+    set_octaves(4440U, 9U);
+    result.unit_per_count = 4.0;
+    for (int t = 0; t < 9; t++) {
+        const double m = (double)result.tau[t].m;
+        result.tau[t].adev = sqrt(((1.0 + (16.0 / 12.0)) / m) + (0.02 * m * m));
+    }
+    TEST_ASSERT_FALSE(fit());
+    TEST_ASSERT_TRUE(result.coefficient[ARW].high >= N);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_a_ramp_leaves_all_sizes);
+    RUN_TEST(test_faster_motion_leaves_the_short_sizes);
+    RUN_TEST(test_long_sizes_have_what_a_filter_leaves);
+    RUN_TEST(test_motion_behind_an_unknown_filter_is_a_limit);
+    RUN_TEST(test_few_sizes_test_nothing);
+    RUN_TEST(test_white_noise_stays);
+    RUN_TEST(test_ends_that_contradict_each_other_are_a_limit);
+    RUN_TEST(test_coarse_counts_are_a_limit);
+    return UNITY_END();
+}
