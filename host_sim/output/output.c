@@ -40,6 +40,13 @@ static void note_reached(output_t *output, const davar_result_t *result)
     }
 }
 
+/* A filter leaves no angle random walk. */
+static bool is_withheld(const davar_result_t *result)
+{
+    return (result->noise == DAVAR_NOISE_FILTERED) &&
+           !result->coefficient[DAVAR_ANGLE_RANDOM_WALK].present;
+}
+
 bool output_row(output_t *output, size_t channel, const epoch_row_t *plain, sim_error_t *error)
 {
     const epoch_row_t watched = {plain->result, plain->report,
@@ -51,7 +58,7 @@ bool output_row(output_t *output, size_t channel, const epoch_row_t *plain, sim_
     }
     output->rows++;
     output->coarse += (plain->result->noise == DAVAR_NOISE_COARSE) ? 1U : 0U;
-    output->filtered += (plain->result->noise == DAVAR_NOISE_FILTERED) ? 1U : 0U;
+    output->filtered += is_withheld(plain->result) ? 1U : 0U;
     note_reached(output, plain->result);
     switch (output->format) {
     case OUT_LINK:

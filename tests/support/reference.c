@@ -3,6 +3,8 @@
 
 #include <math.h>
 
+#define NO_LEVEL (-64.0) /* of no window, or of a sum of 0 */
+
 static int64_t reflected(const reference_record_t *record, int64_t position)
 {
     if (position < 0) {
@@ -38,8 +40,8 @@ void reference_start(reference_t *reference, const davar_config_t *config, bool 
     const bool longest = is_centred || (config->stride > config->window.longest);
     reference->length = longest ? (int64_t)config->window.longest : (int64_t)config->stride;
     reference->filling = !is_centred;
-    reference->differences[0] = 0;
-    reference->differences[1] = 0;
+    reference->level[0] = NO_LEVEL;
+    reference->level[1] = NO_LEVEL;
     reference->wait = 0;
 }
 
@@ -127,7 +129,7 @@ static double level_of(double sum)
 {
     int exponent;
     const double part = frexp(sum, &exponent); /* 0.5 to 1 */
-    return (sum > 0.0) ? (exponent + (floor(((2.0 * part) - 1.0) * 0x1p20) / 0x1p20)) : -64.0;
+    return (sum > 0.0) ? (exponent + (floor(((2.0 * part) - 1.0) * 0x1p20) / 0x1p20)) : NO_LEVEL;
 }
 
 /* Is this window unlike the one half a window before the last that was kept (4.5)? */
@@ -144,15 +146,12 @@ static bool has_changed(reference_t *reference, const reference_epoch_t *epoch, 
         reference->wait -= (int64_t)config->stride;
     } else {
         reference->level[1] = reference->level[0];
-        reference->differences[1] = reference->differences[0];
-        reference->level[0] = level_of(sum);
-        reference->differences[0] = full ? (int64_t)count : 0;
+        reference->level[0] = (full && (sum > 0.0)) ? level_of(sum) : NO_LEVEL;
         reference->wait = (longest + 1) / 2;
     }
-    const int64_t lost = (int64_t)count - reference->differences[1];
-    const bool comparable = (longest >= 64) && (reference->differences[1] > 0) &&
-                            (lost >= -(longest / 32)) && (lost <= (longest / 16) - (longest / 32));
-    return reported && full && comparable && (fabs(level_of(sum) - reference->level[1]) > limit);
+    const bool comparable = reported && full && (longest >= 64) && (config->taus[0] == 1U);
+    return comparable && (reference->level[1] > NO_LEVEL) &&
+           (fabs(level_of(sum) - reference->level[1]) > limit);
 }
 
 bool reference_next(reference_t *reference, reference_epoch_t *epoch)

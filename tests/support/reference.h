@@ -36,7 +36,6 @@ typedef struct {
     int64_t length;
     bool filling;
     double level[2]; /* of two windows half a window apart, the newest first (4.5) */
-    int64_t differences[2];
     int64_t wait; /* samples until the next of them */
 } reference_t;
 

@@ -66,7 +66,9 @@ def judged(words):
         "holds": found.holds < 0.92,
         "arw_percent": not 0.8 <= found.arw_percent / promise.arw_percent <= wide,
         # the later tail of alarms has few trials on both sides
-        "respond_s": not (0.6 if plan.design.law == "glr" else 0.8) <= later <= 1.35,
+        "respond_s": not (0.6 if plan.design.law == "glr" else 0.8)
+        <= later
+        <= (1.35 if plan.design.law == "glr" else 1.2),
         "moving": bool(found.moving_present)
         and found.moving_present > 0.5
         and found.moving_holds < 0.9,

@@ -67,7 +67,7 @@ static void test_long_sizes_have_what_a_filter_leaves(void)
 }
 
 /* The same excess is a limit if the filter is unknown. */
-static void test_motion_behind_an_unknown_filter_is_a_limit(void)
+static void test_motion_after_an_unknown_filter_is_a_limit(void)
 {
     uint32_t m[9];
     set_octaves(4440U, 9U);
@@ -136,7 +136,7 @@ int main(void)
     RUN_TEST(test_a_ramp_leaves_all_sizes);
     RUN_TEST(test_faster_motion_leaves_the_short_sizes);
     RUN_TEST(test_long_sizes_have_what_a_filter_leaves);
-    RUN_TEST(test_motion_behind_an_unknown_filter_is_a_limit);
+    RUN_TEST(test_motion_after_an_unknown_filter_is_a_limit);
     RUN_TEST(test_few_sizes_test_nothing);
     RUN_TEST(test_white_noise_stays);
     RUN_TEST(test_ends_that_contradict_each_other_are_a_limit);

@@ -68,7 +68,9 @@ static void push(double times)
     moving += (moving > 0U) ? 1U : 0U;
     for (unsigned x = 0U; x < DAVAR_SETUP_AXES; x++) {
         const double value = filtered_next(&axes[x], &filter, times * sigma * gauss()) + turn;
-        samples[x] = (SAMPLE)((UNIT_IS_COUNT) ? rint(value) : value);
+        const double limit = (sizeof(SAMPLE) == 2U) ? 32767.0 : 2147483000.0;
+        const double clipped = fmax(-limit, fmin(limit, rint(value)));
+        samples[x] = (SAMPLE)((UNIT_IS_COUNT) ? clipped : value);
     }
     davar_setup_push(samples, 1U);
 }

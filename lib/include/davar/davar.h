@@ -106,8 +106,8 @@ void davar_gap(davar_t *davar, uint32_t missing);
  * @return False if no result is waiting.
  *
  * Threads: consumer; if a push interrupts it, it re-reads until its copy is consistent, so that
- * from time to time O(T G) instructions (a few hundred to a thousand without gaps) must pass
- * without a push. With a stride above 1 the result stays available for K samples.
+ * from time to time O(T G) instructions (a few hundred to a thousand without gaps; 6000 at a
+ * stride of 1 while the sensor repeats its last sample) must pass without a push. With a stride above 1 the result stays available for K samples.
  * Cost: O(T), with gaps O(T G). */
 #define davar_take DAVAR_SIZED(davar_take)
 bool davar_take(davar_t *davar, davar_result_t *result);

@@ -106,7 +106,8 @@ void davar_plan_init_filtered(davar_plan_t *plan, const uint32_t *m, uint8_t cou
  * Reads from *result: tau[], up to the first entry without differences; window_samples and
  * mirrored_samples, whose sum is at most 2^31 (asserted); unit_per_count (0: rounding to counts is
  * not removed); kurtosis and, if it is NaN, dispersion, which widen the intervals in noise with
- * heavy tails (needs DAVAR_LAWS). rate_hz: samples per second, above 0. The cluster sizes must be
+ * heavy tails (needs DAVAR_LAWS); equal_samples (0: unknown), which tells noise from a stuck sensor.
+ * rate_hz: samples per second, above 0. The cluster sizes must be
  * those of the plan.
  * Writes result->noise, the coefficients, and edf, low and high of every tau. By result->noise:
  * - WHITE: the angle random walk has a value and an interval, every tau has an interval, and the
@@ -115,7 +116,8 @@ void davar_plan_init_filtered(davar_plan_t *plan, const uint32_t *m, uint8_t cou
  *   the shortest tau implies; everything else is absent. Call davar_fit.
  * - COARSE: rounding to counts hides the noise. The angle random walk has an upper limit, the other
  *   terms are absent, and every tau has the interval 0 to infinity.
- * - CONSTANT: every difference is 0. All terms are absent; every tau has that same interval.
+ * - CONSTANT: every difference is 0, or the newest samples are equal (5.24). All terms are absent;
+ *   every tau has that same interval.
  * - FILTERED: the short cluster sizes read low, as after a filter that is not declared, or
  *   contradict the declared one. All terms are absent, and every tau has that same interval.
  *   Declare the filter (davar_plan_init_filtered), or that the samples are white
@@ -140,13 +142,14 @@ bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *r
 
 /** Estimates the angle random walk of a window from the cluster sizes that show white noise alone,
  * where davar_fit_white, davar_fit_white_ready or davar_fit left it absent; call it after them with
- * the same plan and rate. Otherwise it changes nothing.
+ * the same plan and rate. Otherwise it only sets flat_from and flat_to to 0.
  * - MIXED, with a declared filter: in slow motion. The short sizes are used as far as white noise
  *   and a ramp explain them.
  * - FILTERED: after a low-pass that is not declared, or not as declared. The long sizes are used, from
  *   four times the one on from which m avar is constant.
  * Writes the angle random walk with its interval, flat_from and flat_to; noise stays. If
- * there is no such part, or it has fewer than 16 degrees of freedom, the upper limit stays.
+ * there is no such part, or it has fewer than 16 degrees of freedom, the upper limit stays; for MIXED
+ * it becomes larger if the long sizes settle above it.
  * @return True if the angle random walk is present.
  *
  * Cost: O(T^3) in floats, only where the angle random walk is absent. Stack: 1 kB with 8 sizes.

@@ -36,10 +36,9 @@ typedef struct {
 /** What a window remembers of the past. Fields are private. */
 typedef struct {
     /** @privatesection */
-    uint32_t level[2];       /* of the first sum of two windows, half a window apart (4.5) */
-    uint32_t differences[2]; /* in it; 0: no window */
-    uint32_t wait;           /* samples until the next one is kept */
-    uint32_t equal;          /* with a stride: equal samples up to the newest epoch */
+    uint32_t level[2]; /* of the first sum of two windows, half a window apart (4.5); 0: none */
+    uint32_t wait;     /* samples until the next one is kept */
+    uint32_t equal;    /* with a stride: equal samples up to the newest epoch */
 } davar_past_t;
 
 struct davar_number;

@@ -270,7 +270,7 @@ typedef struct {
     uint32_t mirrored_samples;
     uint32_t gaps_in_window; /**< gaps inside this window */
     uint32_t equal_samples;  /**< newest samples that are equal; above 1024 perhaps more */
-    /** the law's flag f. Fixed window: the noise has changed within the last one and a half windows
+    /** the law's flag f. Fixed window: the noise has changed within the last two windows
      * (4.5), or f1 OR f2, for information. glr: cut since the previous epoch */
     bool unstable;
     /** the law chose this window by its data: law glr has just cut it, is about to, or excludes

@@ -76,12 +76,15 @@ static scaled_t y_of_size(const davar_plan_t *plan, const davar_result_t *result
     return scaled_times(scaled_times(adev, adev), scaled_of_float(plan->to_white[t]));
 }
 
-/* False: all differences of the shortest size are 0. */
+/* False: too few sizes, or all differences of the shortest one are 0. */
 static bool read_curve(const davar_plan_t *plan, const davar_result_t *result, curve_t *curve)
 {
     const int usable = (int)davar_fit_usable(result);
     curve->plan = plan;
     curve->count = (usable < (int)plan->count) ? usable : (int)plan->count;
+    if (curve->count < SIZES_MOVING) {
+        return false;
+    }
     curve->unit = y_of_size(plan, result, 0);
     if (curve->unit.mantissa == 0U) {
         return false;
@@ -269,9 +272,6 @@ static bool fit_moving(const curve_t *curve, line_t *line)
 {
     float before = curve->y[0];
     int end = SIZES_MOVING;
-    if (curve->count < SIZES_MOVING) {
-        return false;
-    }
     for (int t = 1; t < SIZES_MOVING; t++) {
         before = (curve->y[t] < before) ? curve->y[t] : before;
     }

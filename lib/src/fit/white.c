@@ -588,11 +588,11 @@ static bool is_stuck(const davar_result_t *result)
 {
     const scaled_t adev = scaled_of_double(result->tau[0].adev);
     const scaled_t count = scaled_of_double(result->unit_per_count);
-    uint32_t most = smaller_of(1000U, 32U + (result->window_samples / 2U));
+    uint32_t most = result->window_samples;
     if ((result->tau[0].m != 1U) || (adev.mantissa == 0U) || (count.mantissa == 0U)) {
         return false;
     }
-    if (result->equal_samples >= result->window_samples) {
+    if (result->equal_samples >= most) {
         return true;
     }
     const uint32_t rest = result->window_samples - result->equal_samples;

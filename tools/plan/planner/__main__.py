@@ -37,7 +37,8 @@ What you have
                        a data sheet is one-sided: N = 60 D / sqrt(2) = 42.4 D
   --lost PERCENT       of the samples, each reported as a gap: memory for the gaps of a window (1)
   --motion MOTION      slow: ARW also while the gyro turns slowly, by hand or on wheels; none: only
-                       at rest, which needs less flash (slow if --flash and --ram allow it)
+                       at rest, which needs less flash (slow if --flash and --ram allow it
+                       without fewer terms)
   --core CORE          {cores}
   --flash BYTES        that davar may use; 24k is 24576
   --ram BYTES          the same, without the stack
@@ -117,7 +118,15 @@ def run(words: Sequence[str]) -> int:
     if command.json:
         print(json.dumps(report.as_json(plan) | report.simulated_as_json(found), indent=1))
     else:
-        print("\n".join([*report.lines(plan), *report.simulated(found), f"  wrote  {wrote}"]))
+        print(
+            "\n".join(
+                [
+                    *report.lines(plan),
+                    *report.simulated(found, plan.design.law),
+                    f"  wrote  {wrote}",
+                ]
+            )
+        )
     return 0
 
 

@@ -13,7 +13,7 @@ from .wishes import Wishes, with_option
 
 PERCENT_STILL_USEFUL = 40.0
 FITS = ("arw", "terms", "curve")  # best first
-NO_ROOM = ""  # for motion, which is not stated: none
+NO_ROOM = "no room"  # for motion, which is not stated: as none
 RAM_OVER_FLASH = 2  # a byte of RAM is scarcer
 MORE = (1.0, 1.03, 1.1, 1.2)  # than a plan needs, so that the planner finds one
 LENGTHEN = (1.25, 1.5, 2, 3, 4, 6, 10, 20, 50, 100)

@@ -6,7 +6,7 @@ from dataclasses import asdict
 from typing import Any
 
 from . import text
-from .choice import Impossible, Plan, for_all_terms, for_motion, number
+from .choice import NO_ROOM, Impossible, Plan, for_all_terms, for_motion, number
 from .design import WINDOW_MOST, WINDOWS, noise_counts
 from .simulate import MOVING, Simulated
 from .simulate import WINDOWS as SIMULATED_WINDOWS
@@ -18,7 +18,7 @@ FIT = {
     "curve": "ARW, and the Allan curve with intervals",
     "terms": "ARW; on request all five terms from the whole curve",
 }
-MOTION = {None: "", "": "", "none": "", "slow": "; in slow motion ARW from the flat part"}
+MOTION = {None: "", NO_ROOM: "", "none": "", "slow": "; in slow motion ARW from the flat part"}
 
 
 def duration(value: float) -> str:
@@ -301,7 +301,7 @@ def as_json(plan: Plan) -> dict[str, Any]:
         "law": design.law,
         "engine": design.engine,
         "fit": design.fit,
-        "motion": design.wishes.motion or "none",
+        "motion": "none" if design.wishes.motion == NO_ROOM else design.wishes.motion,
         "remarks": remarks(plan),
     }
 
@@ -310,21 +310,25 @@ def percent(share: float) -> str:
     return f"{100 * share:.1f} %"
 
 
-def simulated(found: Simulated | None) -> list[str]:
+def came_out(present: float, holds: float | None, arw_percent: float | None = None) -> str:
+    """How often there was a value, and how good it was."""
+    wide = f", +-{number(arw_percent)} %" if arw_percent is not None else ""
+    kept = f", interval holds {percent(holds)}" if holds is not None else ""
+    return f"ARW in {percent(present)} of results{kept}{wide}"
+
+
+def simulated(found: Simulated | None, law: str) -> list[str]:
     """What came out, for each promise."""
     if found is None:
         return []
+    seen = "change of the noise shows" if law == "glr" else "result is of the new noise alone"
     lines = [
-        f"{SIMULATED_WINDOWS} windows of {number(found.noise)} deg/sqrt(h) at rest: ARW in "
-        f"{percent(found.present)} of results, interval holds {percent(found.holds)}, "
-        f"+-{number(found.arw_percent)} %",
-        f"nine in ten changes of the noise show after {duration(found.respond_s)}",
+        f"{SIMULATED_WINDOWS} windows of {number(found.noise)} deg/sqrt(h) at rest: "
+        + came_out(found.present, found.holds, found.arw_percent),
+        f"nine in ten times, a {seen} after {duration(found.respond_s)}",
     ]
-    if found.moving_present is not None and found.moving_holds is not None:
-        lines.append(
-            f"in motion of {MOVING}: ARW in {percent(found.moving_present)} of results, "
-            f"interval holds {percent(found.moving_holds)}"
-        )
+    if found.moving_present is not None:
+        lines.append(f"in motion of {MOVING}: {came_out(found.moving_present, found.moving_holds)}")
     return [f"  {'ran' if i == 0 else '':6} {line}" for i, line in enumerate(lines)]
 
 

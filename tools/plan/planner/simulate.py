@@ -1,6 +1,7 @@
 """What comes out of a setup: compiles its very files for the host and runs them."""
 
 import hashlib
+import math
 import os
 import subprocess
 import tempfile
@@ -31,8 +32,8 @@ class Simulated:
 
     noise: float  # deg/sqrt(h)
     present: float
-    holds: float
-    arw_percent: float
+    holds: float | None
+    arw_percent: float | None
     respond_s: float
     moving_present: float | None
     moving_holds: float | None
@@ -127,11 +128,12 @@ def simulate(plan: Plan, seed: int = 1) -> Simulated:
         arguments = [wishes.bandwidth or "-", noise, unit, WINDOWS, CHANGES[design.law], seed]
         lines = _run([program, *map(str, arguments)], "running the setup").splitlines()
     found = {key: float(value) for key, value in map(str.split, lines)}
+    found = {key: value for key, value in found.items() if not math.isnan(value)}
     return Simulated(
         noise=noise,
         present=found["present"],
-        holds=found["holds"],
-        arw_percent=found["arw_percent"],
+        holds=found.get("holds"),
+        arw_percent=found.get("arw_percent"),
         respond_s=found["respond_samples"] / wishes.rate_hz,
         moving_present=found.get("moving_present"),
         moving_holds=found.get("moving_holds"),

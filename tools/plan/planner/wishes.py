@@ -33,7 +33,7 @@ class Wishes:
     bandwidth: str | None = None  # as davar-plan --bandwidth
     noise: float | None = None  # typical angle random walk, deg/sqrt(h)
     lost_percent: float = 1.0  # of the samples
-    motion: str | None = None  # "": as none, because slow does not fit
+    motion: str | None = None
     respond_s: float | None = None
     arw_percent: float | None = None
     longest_tau_s: float | None = None
