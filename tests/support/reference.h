@@ -36,7 +36,7 @@ typedef struct {
     int64_t length;
     bool filling;
     double level[2]; /* of two windows half a window apart, the newest first (4.5) */
-    int64_t wait; /* samples until the next of them */
+    int64_t wait;    /* samples until the next of them */
 } reference_t;
 
 void reference_start(reference_t *reference, const davar_config_t *config, bool is_centred,

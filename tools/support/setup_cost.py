@@ -338,7 +338,8 @@ def in_motion(design: Design, bandwidth: str) -> Design:
 
 
 def flat_row(core: str) -> dict[str, Any]:
-    """What slow motion adds. The noise of the measured program has no filter: it contradicts that of
+    table: dict[str, Any] = {"sizes": sizes, "flat": flat_row(core)}
+    table |= {"window": {}, "cascade": {}}
     the designs, which needs the most stack, and "none" needs the most instructions.
     """
     usual = [design_of(core, "int16", "fixed", "slide", point) for point in FIXED]
