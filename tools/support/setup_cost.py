@@ -338,9 +338,8 @@ def in_motion(design: Design, bandwidth: str) -> Design:
 
 
 def flat_row(core: str) -> dict[str, Any]:
-    table: dict[str, Any] = {"sizes": sizes, "flat": flat_row(core)}
-    table |= {"window": {}, "cascade": {}}
-    the designs, which needs the most stack, and "none" needs the most instructions.
+    """What slow motion adds. The noise of the measured program has no filter: it contradicts the
+    designs' filter, which needs the most stack, and "none" needs the most instructions.
     """
     usual = [design_of(core, "int16", "fixed", "slide", point) for point in FIXED]
     all_terms = with_cascade(core, "int16", "slide", "terms", CASCADE[0])
