@@ -318,7 +318,7 @@ static inline uint32_t davar_leading_zeros(uint64_t value)
 {
     const uint32_t high = (uint32_t)(value >> 32U);
     return (high != 0U) ? davar_leading_zeros_32(high)
-                        : (32U + davar_leading_zeros_32((uint32_t)value));
+                        : (32U + davar_leading_zeros_32((uint32_t)value | 1U));
 }
 
 /* Modulo 2^64. */
