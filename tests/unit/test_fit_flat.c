@@ -130,6 +130,17 @@ static void test_coarse_counts_are_a_limit(void)
     TEST_ASSERT_TRUE(result.coefficient[ARW].high >= N);
 }
 
+/* A count of the newest samples that exceeds the window: all of it repeats one sample. */
+static void test_a_window_of_equal_samples_is_constant(void)
+{
+    set_octaves(600U, 7U);
+    set_model((double[]){0.0, 1.0, 0.0, 0.0, 0.0});
+    result.unit_per_count = 0.1;
+    result.equal_samples = 600U;
+    TEST_ASSERT_FALSE(fit());
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_CONSTANT, result.noise);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -141,5 +152,6 @@ int main(void)
     RUN_TEST(test_white_noise_stays);
     RUN_TEST(test_ends_that_contradict_each_other_are_a_limit);
     RUN_TEST(test_coarse_counts_are_a_limit);
+    RUN_TEST(test_a_window_of_equal_samples_is_constant);
     return UNITY_END();
 }
