@@ -592,10 +592,7 @@ static bool is_stuck(const davar_result_t *result)
     if ((result->tau[0].m != 1U) || (adev.mantissa == 0U) || (count.mantissa == 0U)) {
         return false;
     }
-    if (result->equal_samples >= most) {
-        return true;
-    }
-    const uint32_t rest = result->window_samples - result->equal_samples;
+    const uint32_t rest = most - smaller_of(result->equal_samples, most - 1U);
     const scaled_t ratio = scaled_quotient(adev, count);
     const scaled_t share =
         scaled_quotient(scaled_of_u32(result->window_samples, 0), scaled_of_u32(rest, 0));
