@@ -150,16 +150,9 @@ static cell_t show_filtered(const epoch_row_t *row, uint32_t index)
     return integer_cell((row->result->noise == DAVAR_NOISE_FILTERED) ? 1U : 0U);
 }
 
-static cell_t show_flat_from(const epoch_row_t *row, uint32_t index)
+static cell_t show_flat(const epoch_row_t *row, uint32_t end)
 {
-    (void)index;
-    return integer_cell(row->result->flat_from);
-}
-
-static cell_t show_flat_to(const epoch_row_t *row, uint32_t index)
-{
-    (void)index;
-    return integer_cell(row->result->flat_to);
+    return integer_cell((end == 0U) ? row->result->flat_from : row->result->flat_to);
 }
 
 static cell_t show_coefficient(const epoch_row_t *row, uint32_t kind)
@@ -257,8 +250,8 @@ static const field_t TRACKING[] = {
 static const field_t DETAILS[] = {
     {"gaps_in_window", show_gaps, 0U, false},
     {"coarse", show_coarse, 0U, true},
-    {"flat_from", show_flat_from, 0U, true},
-    {"flat_to", show_flat_to, 0U, true},
+    {"flat_from", show_flat, 0U, true},
+    {"flat_to", show_flat, 1U, true},
     {"arw_upper_deg_per_sqrt_h", show_coefficient_upper, DAVAR_ANGLE_RANDOM_WALK, true},
     {"bi_upper_deg_per_h", show_coefficient_upper, DAVAR_BIAS_INSTABILITY, true},
     {"rrw_upper_deg_per_h_per_sqrt_h", show_coefficient_upper, DAVAR_RATE_RANDOM_WALK, true},

@@ -4,7 +4,7 @@
 
 #include <string.h>
 
-#define MAGIC UINT64_C(0x39424F4A52564144) /* "DAVRJOB9" */
+#define MAGIC UINT64_C(0x41424F4A52564144) /* "DAVRJOBA" */
 #define FILTER_WORDS 2U
 #define HEALTH UINT64_MAX /* instead of a channel */
 
@@ -144,7 +144,8 @@ size_t davar_job_encode_result(size_t channel, const davar_result_t *result,
                                            report->steady.samples,
                                            bits_of(report->steady.level),
                                            bits_of(report->steady.low),
-                                           bits_of(report->steady.high)};
+                                           bits_of(report->steady.high),
+                                           ((uint64_t)result->flat_to << 32U) | result->flat_from};
     memcpy(words, head, sizeof head);
     uint64_t *word = &words[DAVAR_JOB_HEAD];
     for (uint32_t t = 0U; t < result->tau_count; t++, word += 6) {
@@ -216,6 +217,8 @@ void davar_job_decode_result(size_t *channel, davar_result_t *result, davar_glr_
     result->tau_count = (uint8_t)words[8];
     result->dispersion = double_of(words[12]);
     result->noise = (davar_noise_t)words[17];
+    result->flat_from = (uint32_t)words[22];
+    result->flat_to = (uint32_t)(words[22] >> 32U);
     *report = (davar_glr_report_t){
         .epoch = result->epoch,
         .alarm = words[9] != 0U,

@@ -1,9 +1,9 @@
 /* davar - a recording as a job for a device, and its results, as words for a file or a serial line.
  *
- * job:      header (DAVAR_JOB_WORDS), then blocks: missing and count (32 bits each), the samples of
- * channel 0, 1, ...; a block without samples ends the job results:  DAVAR_JOB_HEAD words, 6 for
- * each cluster size, 4 for each coefficient; after the last result the health of each channel,
- * DAVAR_JOB_HEAD words. A file without it is incomplete
+ * A job: header (DAVAR_JOB_WORDS), then blocks: missing and count (32 bits each), the samples of
+ * channel 0, 1, ..; a block without samples ends the job.
+ * Results: DAVAR_JOB_HEAD words, 6 for each cluster size, 4 for each coefficient; after the last
+ * result the health of each channel, DAVAR_JOB_HEAD words. A file without it is incomplete.
  *
  * Little endian. Doubles are sent as their IEEE bits, so results arrive bit for bit. */
 #ifndef DAVAR_JOB_H
@@ -25,7 +25,7 @@ extern "C" {
 #define DAVAR_JOB_FILTER                                                                           \
     (DAVAR_FILTER_ZEROS + DAVAR_FILTER_POLES + 6U) /* the doubles of a filter */
 #define DAVAR_JOB_WORDS (DAVAR_JOB_SETTINGS + DAVAR_JOB_TAUS + DAVAR_JOB_FILTER)
-#define DAVAR_JOB_HEAD 22U
+#define DAVAR_JOB_HEAD 23U
 #define DAVAR_JOB_RESULT_WORDS                                                                     \
     (DAVAR_JOB_HEAD + (6U * DAVAR_TAUS_MAX) + (4U * DAVAR_COEFFICIENT_COUNT))
 

@@ -2,7 +2,7 @@
 
 import struct
 
-RESULT_HEAD, RESULT_REST = 22, 6 + 20
+RESULT_HEAD, RESULT_REST = 23, 6 + 20
 HEALTH = 2**64 - 1
 
 

@@ -2,6 +2,8 @@
 bad options.
 """
 
+import csv
+import math
 import random
 import subprocess
 from functools import cache
@@ -46,13 +48,16 @@ DRAW = random.Random(20261121)
 RUNS = [
     *((LONG, f"--lsb 0.01 {options}") for options in JOBS.values()),
     (SHORT, f"--lsb 0.01 {TAUS}"),  # a result at every sample
+    (SHORT, f"--lsb 2 {TAUS} --stride 20"),  # noise below half a count
     *((SHORT, random_job(DRAW)) for _ in range(5)),
 ]
 
 
 @pytest.fixture(scope="module")
 def recordings(tmp_path_factory):
-    """Noise that changes its size, with gaps: two near each other, one of them long."""
+    """Noise that changes its size, with gaps: two near each other, one of them long. In the last
+    fifth the gyro turns slowly.
+    """
     folder, found = tmp_path_factory.mktemp("recordings"), {}
     for samples in (SHORT, LONG):
         noise, time_s = random.Random(3), 0.0
@@ -62,7 +67,8 @@ def recordings(tmp_path_factory):
             for i in range(samples):
                 time_s += 0.06 if i in (5000, 40000, 40010, 40020, 40030, 40040) else 0.01
                 sigma = 0.2 if (i // 20000) % 2 == 0 else 0.8
-                file.write(f"{time_s:.2f},{noise.gauss(0.5, sigma):.2f}\n")
+                turn = 10 * math.sin(i / 100) if i >= 80000 else 0.5
+                file.write(f"{time_s:.2f},{noise.gauss(turn, sigma):.2f}\n")
     return found
 
 
@@ -80,11 +86,20 @@ def simulated(recording, options):
 @pytest.mark.parametrize("samples, options", RUNS)
 @pytest.mark.parametrize("target", boards(targets.MACHINES))
 def test_the_same_bytes_as_davar_sim(target, samples, options, recordings):
+    options += " --details"
     expected = simulated(recordings[samples], options)
     assert expected[0] == 0, expected[2]
     assert len(expected[1].splitlines()) > 50
     actual = command("davar-mcu", "--target", target, recordings[samples], *options.split())
     assert actual == expected
+
+
+def test_the_runs_have_every_kind_of_result(recordings):
+    """What is 0 in all of them could be lost on its way from a device."""
+    outputs = [simulated(recordings[run], f"{options} --details")[1] for run, options in RUNS]
+    rows = [row for output in outputs for row in csv.DictReader(output.splitlines())]
+    for name in ("unstable", "coarse", "filtered", "flat_from", "flat_to", "gaps_in_window"):
+        assert {row[name] for row in rows} - {"0"}, name
 
 
 # Options, words of the error; None: those of davar-sim.

@@ -92,7 +92,7 @@ def test_the_report_has_what_came_out():
     assert found["present"] > 0.97
     assert 0.92 < found["holds"] <= 1
     assert found["arw_percent"] == pytest.approx(json.loads(done.out)["arw_percent"], rel=0.1)
-    assert "interval holds" in run(words).out
+    assert "of the intervals contain it" in run(words).out
 
 
 def test_a_simulation_needs_a_compiler(monkeypatch):

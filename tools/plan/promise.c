@@ -16,6 +16,7 @@
 #include "davar/davar.h"
 #include "davar/fit.h"
 #include "davar/glr.h"
+#include "draw.h"
 #include "filtered.h"
 #include "memory.h"
 #include "setup/bandwidth.h"
@@ -32,38 +33,6 @@
 #define LATEST 20000U      /* samples after it: an alarm that has not come by then is missed */
 #define SEEN_LEAST 0.96    /* of the changes */
 #define ALARM_COUNTS 100.0 /* noise of an alarm whose counts are not stated */
-
-static uint64_t state = 1U;
-
-/* Standard normal: splitmix64 and Box-Muller. */
-static double uniform(void)
-{
-    state += UINT64_C(0x9E3779B97F4A7C15);
-    uint64_t z = state;
-    z = (z ^ (z >> 30U)) * UINT64_C(0xBF58476D1CE4E5B9);
-    z = (z ^ (z >> 27U)) * UINT64_C(0x94D049BB133111EB);
-    return ((double)((z ^ (z >> 31U)) >> 11U) + 0.5) / 9007199254740992.0;
-}
-
-static double gauss(void)
-{
-    const double radius = sqrt(-2.0 * log(uniform()));
-    return radius * cos(6.283185307179586 * uniform());
-}
-
-static int compare(const void *a, const void *b)
-{
-    const double x = *(const double *)a;
-    const double y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-/* The value that a share of them does not exceed. */
-static double quantile(double values[], int count, double share)
-{
-    qsort(values, (size_t)count, sizeof values[0], compare);
-    return values[(int)(share * (count - 1))];
-}
 
 static int reject(const char *what, const char *why)
 {
@@ -105,7 +74,7 @@ static void draw_window(const davar_plan_t *plan, const double l[], uint32_t win
     result->window_samples = window;
     result->unit_per_count = 1.0;
     for (int t = 0; t < plan->count; t++) {
-        z[t] = gauss();
+        z[t] = draw_gauss();
         double y = 1.0;
         for (int s = 0; s <= t; s++) {
             y += l[pair(s, t)] * z[s];
@@ -125,7 +94,7 @@ static void promise_interval(davar_plan_t *plan, uint32_t window, double noise)
     static double l[(DAVAR_TAUS_MAX * (DAVAR_TAUS_MAX + 1)) / 2];
     static double half[TRIALS];
     static davar_result_t result;
-    int present = 0;
+    size_t present = 0U;
     factorise(plan, window, l);
     for (int i = 0; i < TRIALS; i++) {
         draw_window(plan, l, window, noise, &result);
@@ -136,9 +105,9 @@ static void promise_interval(davar_plan_t *plan, uint32_t window, double noise)
             present++;
         }
     }
-    (void)printf("present_percent %.3g\n", 100.0 * present / TRIALS);
-    if (present > 0) {
-        (void)printf("arw_percent %.4g\n", quantile(half, present, 0.5));
+    (void)printf("present_percent %.3g\n", 100.0 * (double)present / TRIALS);
+    if (present > 0U) {
+        (void)printf("arw_percent %.4g\n", draw_quantile(half, present, 0.5));
     }
 }
 
@@ -155,7 +124,7 @@ static filtered_t gyro;
 /* Pushes one sample. Returns whether it completes a result with an alarm. */
 static bool alarm_after(davar_t *davar, double sigma, davar_result_t *result)
 {
-    const int16_t count = count_of(filtered_next(&gyro, &of_gyro, sigma * gauss()));
+    const int16_t count = count_of(filtered_next(&gyro, &of_gyro, sigma * draw_gauss()));
     davar_glr_report_t report = {0};
     davar_push_q15(davar, &count, 1U);
     if (davar_take(davar, result)) {
@@ -167,7 +136,7 @@ static bool alarm_after(davar_t *davar, double sigma, davar_result_t *result)
 static double delay(davar_t *davar, davar_result_t *result, double counts)
 {
     const uint32_t quiet = (2U * davar->config->window.longest) +
-                           (uint32_t)((double)davar->config->stride * uniform());
+                           (uint32_t)((double)davar->config->stride * draw_uniform());
     davar_reset(davar);
     for (uint32_t i = 0U; i < quiet; i++) {
         (void)alarm_after(davar, counts, result);
@@ -209,8 +178,8 @@ static int promise_alarm(double rate_hz, uint32_t window, double alarms, uint32_
     for (int i = 0; i < CHANGES; i++) {
         late[i] = delay(&davar, &result, counts);
     }
-    const double nine_in_ten = quantile(late, CHANGES, 0.9);
-    if (quantile(late, CHANGES, SEEN_LEAST) < (double)LATEST) {
+    const double nine_in_ten = draw_quantile(late, CHANGES, 0.9);
+    if (draw_quantile(late, CHANGES, SEEN_LEAST) < (double)LATEST) {
         (void)printf("doubling_samples %.0f\n", nine_in_ten);
     }
     free(memory);

@@ -6,10 +6,11 @@
  * FILTER: as davar-plan --bandwidth; "-": none. NOISE: angle random walk of the samples, deg/sqrt(h).
  * UNIT: deg/s of a count; 1 for floats. WINDOWS: of all axes together. CHANGES: doublings of the
  * noise. Prints lines "name value": shares of the results with an angle random walk, and of these
- * whose interval contains NOISE, at rest and in motion; half the median interval in percent; samples
+ * whose interval contains NOISE, at rest and in motion; half the median interval in percent for each; samples
  * from a change until its alarm (law glr) or until a result of the new noise alone, which nine in
  * ten do not exceed. SAMPLE: type of a sample. */
 #include "davar_setup.h"
+#include "draw.h"
 #include "filtered.h"
 #include "setup/bandwidth.h"
 
@@ -26,28 +27,6 @@
 #define LATEST 64.0 /* windows, after which a change is missed */
 #define MOVING_HZ 0.5
 #define MOVING_DPS 5.0
-
-static uint64_t state;
-
-/* From 0 to 1: splitmix64. */
-static double uniform(void)
-{
-    state += UINT64_C(0x9E3779B97F4A7C15);
-    uint64_t z = state;
-    z = (z ^ (z >> 30U)) * UINT64_C(0xBF58476D1CE4E5B9);
-    z = (z ^ (z >> 27U)) * UINT64_C(0x94D049BB133111EB);
-    return (double)((z ^ (z >> 31U)) >> 11U) / 9007199254740992.0;
-}
-
-/* Standard normal: the sum of twelve uniform numbers. */
-static double gauss(void)
-{
-    double sum = -6.0;
-    for (int i = 0; i < 12; i++) {
-        sum += uniform();
-    }
-    return sum;
-}
 
 /* --- the gyro --- */
 
@@ -67,7 +46,7 @@ static void push(double times)
     const double turn = size * sin(2.0 * PI * MOVING_HZ / rate * (double)moving);
     moving += (moving > 0U) ? 1U : 0U;
     for (unsigned x = 0U; x < DAVAR_SETUP_AXES; x++) {
-        const double value = filtered_next(&axes[x], &filter, times * sigma * gauss()) + turn;
+        const double value = filtered_next(&axes[x], &filter, times * sigma * draw_gauss()) + turn;
         const double limit = (sizeof(SAMPLE) == 2U) ? 32767.0 : 2147483000.0;
         const double clipped = fmax(-limit, fmin(limit, rint(value)));
         samples[x] = (SAMPLE)((UNIT_IS_COUNT) ? clipped : value);
@@ -76,19 +55,6 @@ static void push(double times)
 }
 
 /* --- what comes out --- */
-
-static int compare(const void *a, const void *b)
-{
-    const double x = *(const double *)a;
-    const double y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-static double quantile(double values[], size_t count, double share)
-{
-    qsort(values, count, sizeof values[0], compare);
-    return (count > 0U) ? values[(size_t)(share * (double)(count - 1U))] : (double)NAN;
-}
 
 static void print_share(const char *name, double hits, double all)
 {
@@ -128,7 +94,7 @@ static void run(const char *name, uint64_t windows, double truth)
     print_share(line, (double)present, results);
     (void)snprintf(line, sizeof line, "%sholds", name);
     print_share(line, holds, (double)present);
-    (void)printf("%sarw_percent %.4g\n", name, quantile(half, present, 0.5));
+    (void)printf("%sarw_percent %.4g\n", name, draw_quantile(half, present, 0.5));
     free(half);
 }
 
@@ -150,7 +116,7 @@ static double delay(void)
 {
     const davar_config_t *const config = davar_setup_config();
     const uint64_t quiet =
-        (3U * (uint64_t)config->window.longest / 2U) + (uint64_t)(uniform() * config->stride);
+        (3U * (uint64_t)config->window.longest / 2U) + (uint64_t)(draw_uniform() * config->stride);
     const double latest = LATEST * (double)config->window.longest;
     double late = 0.0;
     davar_setup_restart();
@@ -180,7 +146,7 @@ int main(int argc, char **argv)
     const size_t changes = (size_t)strtoull(argv[5], NULL, 10);
     double *const late = malloc((changes + 1U) * sizeof *late);
     unit = strtod(argv[3], NULL);
-    state = strtoull(argv[6], NULL, 10);
+    draw_state = strtoull(argv[6], NULL, 10);
     if ((late == NULL) || ((strcmp(argv[1], "-") != 0) && (strcmp(argv[1], "none") != 0) &&
                            (bandwidth_read(argv[1], DAVAR_SETUP_RATE_HZ, &filter) != NULL))) {
         return 1;
@@ -199,7 +165,7 @@ int main(int argc, char **argv)
     for (size_t i = 0U; i < changes; i++) {
         late[i] = delay();
     }
-    (void)printf("respond_samples %.9g\n", quantile(late, changes, 0.9));
+    (void)printf("respond_samples %.9g\n", draw_quantile(late, changes, 0.9));
 #ifdef MOVING
     moving = 1U;
     davar_setup_restart();

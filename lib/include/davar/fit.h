@@ -106,7 +106,7 @@ void davar_plan_init_filtered(davar_plan_t *plan, const uint32_t *m, uint8_t cou
  * Reads from *result: tau[], up to the first entry without differences; window_samples and
  * mirrored_samples, whose sum is at most 2^31 (asserted); unit_per_count (0: rounding to counts is
  * not removed); kurtosis and, if it is NaN, dispersion, which widen the intervals in noise with
- * heavy tails (needs DAVAR_LAWS); equal_samples (0: unknown), which tells noise from a stuck sensor.
+ * heavy tails (needs DAVAR_LAWS); equal_samples (0: unknown), which show a stuck sensor.
  * rate_hz: samples per second, above 0. The cluster sizes must be
  * those of the plan.
  * Writes result->noise, the coefficients, and edf, low and high of every tau. By result->noise:

@@ -96,8 +96,8 @@ static inline uint32_t scaled_level(scaled_t a)
     return (a.mantissa == 0U) ? 0U : (whole + ((a.mantissa << 1U) >> 12U));
 }
 
-/* Do two levels of sums over so many samples of noise differ by more than those of unchanged noise do
- * once in a thousand times? The limit is about 2^24 / sqrt(samples); below 64 samples there is none
+/* The levels of two sums over N samples of noise: do they differ by more than without a change once
+ * in a thousand times? The limit is about 2^24 / sqrt(samples); below 64 samples it is infinite
  * (4.5). */
 bool davar_levels_differ(uint32_t one, uint32_t other, uint32_t samples);
 

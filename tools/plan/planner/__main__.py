@@ -36,7 +36,7 @@ What you have
                        to state the least bias instability. A noise density of D deg/s/sqrt(Hz) in
                        a data sheet is one-sided: N = 60 D / sqrt(2) = 42.4 D
   --lost PERCENT       of the samples, each reported as a gap: memory for the gaps of a window (1)
-  --motion MOTION      slow: ARW also while the gyro turns slowly, by hand or on wheels; none: only
+  --motion MOTION      slow: ARW also while the gyro turns slowly, on wheels or by hand; none: only
                        at rest, which needs less flash (slow if --flash and --ram allow it
                        without fewer terms)
   --core CORE          {cores}

@@ -310,11 +310,11 @@ def percent(share: float) -> str:
     return f"{100 * share:.1f} %"
 
 
-def came_out(present: float, holds: float | None, arw_percent: float | None = None) -> str:
-    """How often there was a value, and how good it was."""
+def came_out(present: float, holds: float | None, arw_percent: float | None) -> str:
+    """How often there was a value, how wide its interval was, and how often that contained ARW."""
     wide = f", +-{number(arw_percent)} %" if arw_percent is not None else ""
-    kept = f", interval holds {percent(holds)}" if holds is not None else ""
-    return f"ARW in {percent(present)} of results{kept}{wide}"
+    kept = f"; {percent(holds)} of the intervals contain it" if holds is not None else ""
+    return f"ARW in {percent(present)} of results{wide}{kept}"
 
 
 def simulated(found: Simulated | None, law: str) -> list[str]:
@@ -328,7 +328,10 @@ def simulated(found: Simulated | None, law: str) -> list[str]:
         f"nine in ten times, a {seen} after {duration(found.respond_s)}",
     ]
     if found.moving_present is not None:
-        lines.append(f"in motion of {MOVING}: {came_out(found.moving_present, found.moving_holds)}")
+        lines.append(
+            f"in motion of {MOVING}: "
+            + came_out(found.moving_present, found.moving_holds, found.moving_arw_percent)
+        )
     return [f"  {'ran' if i == 0 else '':6} {line}" for i, line in enumerate(lines)]
 
 

@@ -37,6 +37,7 @@ class Simulated:
     respond_s: float
     moving_present: float | None
     moving_holds: float | None
+    moving_arw_percent: float | None
 
 
 def _run(command: Sequence[str | Path], what: str) -> str:
@@ -137,4 +138,5 @@ def simulate(plan: Plan, seed: int = 1) -> Simulated:
         respond_s=found["respond_samples"] / wishes.rate_hz,
         moving_present=found.get("moving_present"),
         moving_holds=found.get("moving_holds"),
+        moving_arw_percent=found.get("moving_arw_percent"),
     )
