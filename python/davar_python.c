@@ -481,18 +481,25 @@ static void slide_result(davar_python_t *run, const slide_t *slide, const rows_t
     }
 }
 
-/* Rows that are alike except for the epoch and the deviations, which are written: copies all other
- * cells of the first of them. */
-static void repeat_row(const davar_python_t *run, const slide_t *slide, const rows_t *rows,
-                       size_t first, size_t end)
+/* Rows without a fit: they differ in the epoch, the flag of an unstable window and the deviations,
+ * which are written. Copies the other cells of the row before them. */
+static void repeat_row(davar_python_t *run, slide_t *slide, const rows_t *rows, size_t first,
+                       size_t begin, size_t end)
 {
     const fields_t *const fields = &run->fields;
     for (size_t i = 0; i < fields->count; i++) {
         double *const column = rows->first + i * rows->stride;
         const bool is_adev = (i - fields->first_adev) < run->engine.curve.tau_count;
-        for (size_t row = first + 1U; (row < end) && !is_adev; row++) {
-            column[row] = (i > 0U) ? column[first] : (double)slide_epoch(slide, row);
+        for (size_t row = begin; (row < end) && !is_adev; row++) {
+            column[row] = column[begin - 1U];
         }
+    }
+    double *const epoch = rows->first + FIELD_EPOCH * rows->stride;
+    double *const unstable = rows->first + FIELD_UNSTABLE * rows->stride;
+    for (size_t row = begin; row < end; row++) {
+        epoch[row] = (double)slide_epoch(slide, row);
+        slide_next(slide, first, row, &run->result);
+        unstable[row] = run->result.unstable ? 1.0 : 0.0;
     }
 }
 
@@ -505,13 +512,14 @@ static void slide_rows(davar_python_t *run, slide_t *slide, const rows_t *rows, 
     }
     for (size_t row = first; row < end; row++) {
         slide_result(run, slide, rows, row);
+        slide_next(slide, first, row, &run->result);
         const bool fitted = fit_if_due(run);
         write_row(run, fitted, rows, row);
         if (!fitted && (run->result.window_samples == slide->config->window.longest)) {
             const size_t after = end - (row + 1U);
             const bool ends_before = (run->fit_every > 0U) && (run->unfitted < after);
             const size_t alike = ends_before ? run->unfitted : after;
-            repeat_row(run, slide, rows, row, row + 1U + alike);
+            repeat_row(run, slide, rows, first, row + 1U, row + 1U + alike);
             run->unfitted -= (run->fit_every > 0U) ? (uint32_t)alike : 0U;
             row += alike;
         }

@@ -116,19 +116,36 @@ static void add_square(slide_sum_t *sum, uint64_t one, uint32_t shift)
     sum->lower += lower * lower;
 }
 
-/* The sum as a double, rounded as in an instance: each half of 64 bits, then their sum. */
-static inline double rounded(slide_sum_t sum, uint32_t shift)
+/* high 2^64 + low */
+typedef struct {
+    uint64_t high;
+    uint64_t low;
+} exact_t;
+
+static inline exact_t exact(slide_sum_t sum, uint32_t shift)
 {
     if (shift == 0U) {
-        return (double)(int64_t)sum.upper;
+        return (exact_t){.low = sum.upper};
     }
     const uint64_t mask = (UINT64_C(1) << shift) - 1U;
     const uint64_t middle = 2U * sum.mixed + (sum.lower >> shift);
     const uint64_t upper = sum.upper + (uint64_t)((int64_t)middle >> shift);
     const uint64_t rest = ((middle & mask) << shift) | (sum.lower & mask);
-    const uint64_t high = upper >> (64U - 2U * shift);
-    const uint64_t low = (upper << (2U * shift)) | rest;
-    return (double)(int64_t)high * 0x1p64 + (double)low;
+    return (exact_t){.high = upper >> (64U - 2U * shift), .low = (upper << (2U * shift)) | rest};
+}
+
+/* The sum as a double, rounded as in an instance: each half of 64 bits, then their sum. */
+static inline double rounded(slide_sum_t sum, uint32_t shift)
+{
+    const exact_t whole = exact(sum, shift);
+    return (shift == 0U) ? (double)(int64_t)whole.low
+                         : ((double)(int64_t)whole.high * 0x1p64 + (double)whole.low);
+}
+
+static inline uint32_t level_of(slide_sum_t sum, uint32_t shift)
+{
+    const exact_t whole = exact(sum, shift);
+    return past_level(whole.high, whole.low);
 }
 
 /* A row whose window is longer than the one of the row before, or the first row. */
@@ -156,6 +173,7 @@ typedef struct {
     uint32_t shift;
     double divisor;
     double unit;
+    uint32_t *level; /* NULL: not wanted */
 } glide_t;
 
 /* The running sums of squares, without a split. A compiler can turn every loop of these functions
@@ -174,6 +192,9 @@ static inline uint64_t glide_small(const glide_t *along, uint64_t sum, double *s
     }
     for (size_t i = 0; i < along->rows; i++) {
         squares[i] = (double)(int64_t)at[i];
+    }
+    for (size_t i = 0; (along->level != NULL) && (i < along->rows); i++) {
+        along->level[i] = past_level(0U, at[i]);
     }
     return sum;
 }
@@ -206,6 +227,9 @@ static inline slide_sum_t glide_split(const glide_t *along, slide_sum_t sum, dou
     }
     for (size_t i = 0; i < along->rows; i++) {
         squares[i] = rounded((slide_sum_t){upper[i], mixed[i], lower[i]}, shift);
+    }
+    for (size_t i = 0; (along->level != NULL) && (i < along->rows); i++) {
+        along->level[i] = level_of((slide_sum_t){upper[i], mixed[i], lower[i]}, shift);
     }
     return sum;
 }
@@ -248,6 +272,9 @@ void slide_deviations(slide_t *slide, size_t t, size_t row, size_t rows, double 
     size_t done = 0;
     while ((done < rows) && ((row + done == 0U) || (slide->shortest + row + done <= longest))) {
         adev[done] = grown_deviation(slide, t, row + done);
+        if (t == 0U) {
+            slide->level[done] = level_of(slide->sum[0], slide->shift);
+        }
         done++;
     }
     const size_t end = slide->shortest + row + done;
@@ -258,7 +285,44 @@ void slide_deviations(slide_t *slide, size_t t, size_t row, size_t rows, double 
                                .rows = rows - done,
                                .shift = slide->shift,
                                .divisor = (double)(2U * m * m) * (double)(longest - 2U * m + 1U),
-                               .unit = slide->config->unit_per_count};
+                               .unit = slide->config->unit_per_count,
+                               .level = (t == 0U) ? (slide->level + done) : NULL};
         slide->sum[t] = glide_here()(&along, slide->sum[t], adev + done);
     }
+}
+
+/* --- the newest samples, and a change (5.24, 4.5) --------------------------------------------- */
+
+/* The place before `end` joins those that are equal. */
+static void count_equal(slide_t *slide, size_t end)
+{
+    const uint64_t *const total = slide->total + end;
+    const bool is_equal = (end > 1U) && ((total[0] - total[-1]) == (total[-1] - total[-2]));
+    slide->equal = !is_equal ? 1U : ((slide->equal < 1024U) ? (slide->equal + 1U) : 1024U);
+}
+
+/* What an instance has done before its first result. */
+static void precede(slide_t *slide)
+{
+    for (size_t end = 1U; end < slide->shortest; end++) {
+        count_equal(slide, end);
+        if (slide->mirrored == 0U) {
+            (void)past_next(&slide->past, 1U, slide->config->window.longest, PAST_UNKNOWN);
+        }
+    }
+}
+
+void slide_next(slide_t *slide, size_t first, size_t row, davar_result_t *result)
+{
+    const davar_config_t *const config = slide->config;
+    const uint32_t longest = config->window.longest;
+    const bool is_known = (config->taus[0] == 1U) && (slide_length(slide, row) == longest) &&
+                          (slide_mirrored(slide, row) == 0U);
+    if (row == 0U) {
+        precede(slide);
+    }
+    count_equal(slide, slide->shortest + row);
+    result->equal_samples = slide->equal;
+    result->unstable =
+        past_next(&slide->past, 1U, longest, is_known ? slide->level[row - first] : PAST_UNKNOWN);
 }

@@ -4,8 +4,11 @@
 #ifndef SLIDE_H
 #define SLIDE_H
 
+#include "centred/past.h"
 #include "davar/davar.h"
 #include "recording/quantise.h"
+
+#define SLIDE_BLOCK 1024U
 
 /* Sum of the squares of differences (upper 2^shift + lower). */
 typedef struct {
@@ -24,6 +27,9 @@ typedef struct {
     uint32_t shift;
     uint64_t *total;                 /* cumulative sums of record and mirror images, modulo 2^64 */
     slide_sum_t sum[DAVAR_TAUS_MAX]; /* of the window of the newest row */
+    past_t past;                     /* up to the newest row */
+    uint32_t equal;                  /* newest samples that are equal, of the newest row */
+    uint32_t level[SLIDE_BLOCK];     /* of the first sum of each row of the block (4.5) */
 } slide_t;
 
 /* Needs integers, a fixed window without moments, stride 1, a record without a gap that is at least
@@ -40,11 +46,13 @@ uint32_t slide_mirrored(const slide_t *slide, size_t row);
 /* The epoch of a row: a sample of the record. */
 uint32_t slide_epoch(const slide_t *slide, size_t row);
 
-#define SLIDE_BLOCK 1024U
-
 /* Deviations of tau t in `rows` (at most SLIDE_BLOCK) rows; NaN without a difference. Call it for
  * every row in order. */
 void slide_deviations(slide_t *slide, size_t t, size_t row, size_t rows, double *adev);
+
+/* The next row: its newest equal samples, up to 1024, and whether the window has changed (4.5). It
+ * is in the block that slide_deviations has written from row `first` on. */
+void slide_next(slide_t *slide, size_t first, size_t row, davar_result_t *result);
 
 void slide_close(slide_t *slide);
 

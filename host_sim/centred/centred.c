@@ -10,6 +10,7 @@
  * come. */
 #include "centred/centred.h"
 
+#include "centred/past.h"
 #include "davar/content.h"
 
 #include "number/absent.h"
@@ -50,6 +51,7 @@ struct centred {
     powers_t first; /* without the newest segment */
     bool is_ready;
     bool is_unstable;
+    past_t past; /* law fixed */
     davar_health_t health;
 };
 
@@ -222,7 +224,7 @@ static void central_moments(const centred_t *centred, davar_central_t *whole,
 }
 
 /* The flag f (3.4). With a fixed window it is for information. */
-static bool judge(const centred_t *centred)
+static bool judge_moments(const centred_t *centred)
 {
     static const davar_rule_t rule[] = {RULE_OR, RULE_KURTOSIS, RULE_OR, RULE_AND};
     davar_central_t whole;
@@ -233,6 +235,27 @@ static bool judge(const centred_t *centred)
     central_moments(centred, &whole, &first);
     return davar_moments_unstable(centred->config, rule[davar_law_id(centred->config)], &whole,
                                   &first);
+}
+
+/* Samples of the window that are mirror images. */
+static uint32_t mirrored_samples(const centred_t *centred)
+{
+    const uint64_t end = centred->received + centred->half;
+    const uint64_t before = (centred->tail < centred->half) ? (centred->half - centred->tail) : 0U;
+    const uint64_t after =
+        (centred->is_finished && (centred->head > end)) ? (centred->head - end) : 0U;
+    return (uint32_t)(before + after);
+}
+
+/* Has a fixed window changed? The mirror images say nothing. */
+static bool has_changed(centred_t *centred)
+{
+    const davar_config_t *const config = centred->config;
+    const davar_u128_t *const sum = &centred->cluster[0].sum;
+    const bool is_known = (config->taus[0] == 1U) && (mirrored_samples(centred) == 0U);
+    return (config->law == NULL) &&
+           past_next(&centred->past, config->stride, config->window.longest,
+                     is_known ? past_level(sum->high, sum->low) : PAST_UNKNOWN);
 }
 
 /* The length of the next window. Neither edge moves backwards. */
@@ -266,7 +289,8 @@ static bool advance(centred_t *centred)
     while (centred->tail < (middle - (centred->length / 2U))) {
         trail(centred);
     }
-    centred->is_unstable = judge(centred);
+    const bool has_moved = has_changed(centred);
+    centred->is_unstable = judge_moments(centred) || has_moved;
     centred->length = next_length(centred);
     centred->epoch += centred->config->stride;
     centred->is_ready = true;
@@ -356,16 +380,6 @@ bool centred_flush(centred_t *centred)
 
 /* --- a result out ----------------------------------------------------------------------------- */
 
-/* Samples of the window that are mirror images. */
-static uint32_t mirrored_samples(const centred_t *centred)
-{
-    const uint64_t end = centred->received + centred->half;
-    const uint64_t before = (centred->tail < centred->half) ? (centred->half - centred->tail) : 0U;
-    const uint64_t after =
-        (centred->is_finished && (centred->head > end)) ? (centred->head - end) : 0U;
-    return (uint32_t)(before + after);
-}
-
 /* From the newest run back to the one that contains the tail. */
 static uint32_t gaps_inside(const centred_t *centred)
 {
@@ -376,6 +390,18 @@ static uint32_t gaps_inside(const centred_t *centred)
         gaps++;
     }
     return gaps;
+}
+
+/* The newest equal samples of the window, up to 1024. */
+static uint32_t equal_newest(const centred_t *centred)
+{
+    const int32_t newest = sample_at(centred, centred->head - 1U);
+    uint64_t begin = centred->head;
+    while ((begin > centred->tail) && ((centred->head - begin) < 1024U) &&
+           (sample_at(centred, begin - 1U) == newest)) {
+        begin--;
+    }
+    return (uint32_t)(centred->head - begin);
 }
 
 /* (1.1), rounded as in the library's pipelines */
@@ -425,6 +451,7 @@ bool centred_take(centred_t *centred, davar_result_t *result)
                                .window_samples = window_length(centred),
                                .mirrored_samples = mirrored_samples(centred),
                                .gaps_in_window = gaps_inside(centred),
+                               .equal_samples = equal_newest(centred),
                                .unstable = centred->is_unstable,
                                .kurtosis = absent,
                                .contribution = absent,

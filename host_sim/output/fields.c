@@ -216,12 +216,12 @@ static cell_t show_model_mean_deviation(const epoch_row_t *row, uint32_t t)
 }
 
 static const field_t COMMON[] = {
-    {"epoch", show_epoch, 0U, false},
+    [FIELD_EPOCH] = {"epoch", show_epoch, 0U, false},
     {"time_s", show_time, 0U, false},
     {"window_samples", show_window, 0U, false},
     {"kurtosis", show_kurtosis, 0U, false},
     {"contribution", show_contribution, 0U, false},
-    {"unstable", show_unstable, 0U, false},
+    [FIELD_UNSTABLE] = {"unstable", show_unstable, 0U, false},
     {"arw_deg_per_sqrt_h", show_coefficient, DAVAR_ANGLE_RANDOM_WALK, true},
     {"arw_low_deg_per_sqrt_h", show_coefficient_low, DAVAR_ANGLE_RANDOM_WALK, true},
     {"arw_high_deg_per_sqrt_h", show_coefficient_high, DAVAR_ANGLE_RANDOM_WALK, true},

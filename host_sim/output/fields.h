@@ -8,6 +8,10 @@
 #define FIELDS_MAX (37U + 6U * DAVAR_TAUS_MAX)
 #define FIELD_NAME_BYTES 48U
 
+/* Places that every choice of columns has. */
+#define FIELD_EPOCH 0U
+#define FIELD_UNSTABLE 5U
+
 typedef enum {
     CELL_ABSENT = 0, /* the window cannot support this value */
     CELL_INTEGER,
@@ -41,7 +45,7 @@ typedef struct {
 typedef struct {
     size_t count;
     size_t first_adev;         /* the deviations, one field per tau, in a row */
-    field_t field[FIELDS_MAX]; /* the first is the epoch */
+    field_t field[FIELDS_MAX]; /* from the epoch on */
 } fields_t;
 
 /* The choice of columns depends on this. */

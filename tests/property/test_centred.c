@@ -37,6 +37,20 @@ static uint32_t images(const trial_t *trial, const davar_result_t *result)
     return (uint32_t)(((before > 0) ? before : 0) + ((after > 0) ? after : 0));
 }
 
+/* The newest samples of the window that are equal, by their definition. */
+static uint32_t equal(const trial_t *trial, const davar_result_t *result)
+{
+    const reference_record_t record = {trial->sample, trial->gap_before, trial->count};
+    const int64_t head = (int64_t)result->epoch + (int64_t)(result->window_samples / 2U);
+    uint32_t count = 1U;
+    while ((count < result->window_samples) && (count < 1024U) &&
+           (reference_sample(&record, head - 1 - (int64_t)count) ==
+            reference_sample(&record, head - 1))) {
+        count++;
+    }
+    return count;
+}
+
 static void take(const trial_t *trial, centred_t *centred, reference_t *reference, bool is_due)
 {
     davar_result_t result;
@@ -45,6 +59,7 @@ static void take(const trial_t *trial, centred_t *centred, reference_t *referenc
     if (is_taken) {
         expect_next(trial, reference, &result);
         TEST_ASSERT_EQUAL_UINT32(images(trial, &result), result.mirrored_samples);
+        TEST_ASSERT_EQUAL_UINT32(equal(trial, &result), result.equal_samples);
         TEST_ASSERT_FALSE(centred_take(centred, &result));
     }
 }

@@ -6,6 +6,8 @@
 
 #include <math.h>
 
+#define TURN (2.0 * 3.14159265358979323846)
+
 static double samples[LONGEST];
 static filtered_noise_t source;
 static autocovariance_t of_noise;
@@ -37,31 +39,40 @@ static void sizes_of_result(uint32_t m[])
 /* ---- motion ---- */
 
 /* Sinusoids whose amplitude in standard deviations of white noise is that of 1 to 20 deg/s beside a
- * gyro of 0.0028 deg/s/sqrt(Hz) at 1 kHz, and motion without a period. */
+ * gyro of 0.0028 deg/s/sqrt(Hz) at 1 kHz, rotors, and motion without a period. */
+typedef enum { SINUSOID, ROTOR, NOISE } kind_t;
+
 typedef struct {
     const char *name;
     double cycles; /* in a sample; of noise: the bandwidth of the motion */
     double size;
-    bool is_noise;
+    kind_t kind;
     uint32_t window;
     const char *holds;
 } motion_t;
 
 #define VALUE "N.given 97:, N.within 93.5:, N 93.5:, bias -0.5:0.5"
 
+#define ROTORS "N.within? 90:, N 97:"
+
 static const motion_t motions[] = {
-    {"0.1 Hz 1 deg/s", 1e-4, 11.3, false, 4440U, VALUE},
-    {"0.1 Hz 20 deg/s", 1e-4, 226.0, false, 4440U, VALUE},
-    {"0.5 Hz 0.2 deg/s", 5e-4, 2.26, false, 4440U, VALUE},
-    {"0.5 Hz 5 deg/s", 5e-4, 56.5, false, 4440U, VALUE},
-    {"2 Hz 1 deg/s", 2e-3, 11.3, false, 4440U, VALUE},
-    {"0.1 Hz 20 deg/s", 1e-4, 226.0, false, 600U, "N.given 80:, N.within 93:, N 96:"},
-    {"2 Hz 1 deg/s", 2e-3, 11.3, false, 600U, "N.given 90:, N.within 93:, N 96:"},
-    {"noise to 1 Hz, 1 deg/s", 1e-3, 11.3, true, 4440U, "N.given 90:, N.within 93:, N 96:"},
-    {"noise to 5 Hz, 0.1 deg/s", 5e-3, 1.13, true, 4440U, "N.given 90:, N.within 93:, N 96:"},
-    {"noise to 20 Hz, 1 deg/s", 2e-2, 11.3, true, 4440U, "N.given :3, N 97:"},
-    {"50 Hz 1 deg/s", 5e-2, 11.3, false, 4440U, "N.given :3, N 97:"},
-    {"120 Hz 5 deg/s", 0.12, 56.5, false, 4440U, "N.given :3, N 97:"},
+    {"0.1 Hz 1 deg/s", 1e-4, 11.3, SINUSOID, 4440U, VALUE},
+    {"0.1 Hz 20 deg/s", 1e-4, 226.0, SINUSOID, 4440U, VALUE},
+    {"0.5 Hz 0.2 deg/s", 5e-4, 2.26, SINUSOID, 4440U, VALUE},
+    {"0.5 Hz 5 deg/s", 5e-4, 56.5, SINUSOID, 4440U, VALUE},
+    {"2 Hz 1 deg/s", 2e-3, 11.3, SINUSOID, 4440U, VALUE},
+    {"0.1 Hz 20 deg/s", 1e-4, 226.0, SINUSOID, 600U, "N.given 80:, N.within 93:, N 96:"},
+    {"2 Hz 1 deg/s", 2e-3, 11.3, SINUSOID, 600U, "N.given 90:, N.within 93:, N 96:"},
+    {"noise to 1 Hz, 1 deg/s", 1e-3, 11.3, NOISE, 4440U, "N.given 90:, N.within 93:, N 96:"},
+    {"noise to 5 Hz, 0.1 deg/s", 5e-3, 1.13, NOISE, 4440U, "N.given 90:, N.within 93:, N 96:"},
+    {"noise to 20 Hz, 1 deg/s", 2e-2, 11.3, NOISE, 4440U, "N.given :3, N 97:"},
+    {"50 Hz 1 deg/s", 5e-2, 11.3, SINUSOID, 4440U, "N.given :3, N 97:"},
+    {"120 Hz 5 deg/s", 0.12, 56.5, SINUSOID, 4440U, "N.given :3, N 97:"},
+    {"rotor of 85 Hz 5 deg/s", 0.085, 56.5, ROTOR, 4440U, ROTORS},
+    {"rotor of 85 Hz 0.5 deg/s", 0.085, 5.65, ROTOR, 4440U, ROTORS},
+    {"rotor of 85 Hz 0.1 deg/s", 0.085, 1.13, ROTOR, 4440U, ROTORS},
+    {"rotor of 85 Hz 0.05 deg/s", 0.085, 0.565, ROTOR, 4440U, ROTORS},
+    {"rotor of 210 Hz 2 deg/s", 0.21, 22.6, ROTOR, 2000U, ROTORS},
 };
 
 /* White noise through two poles, of variance 1. */
@@ -73,7 +84,7 @@ typedef struct {
 
 static double wander_next(wander_t *wander, double cycles)
 {
-    const double keep = exp(-2.0 * 3.14159265358979323846 * cycles);
+    const double keep = exp(-TURN * cycles);
     double value = sqrt(12.0) * (random_uniform(&wander->random) - 0.5);
     for (int i = 0; i < 2; i++) {
         wander->state[i] += (1.0 - keep) * (value - wander->state[i]);
@@ -82,14 +93,22 @@ static double wander_next(wander_t *wander, double cycles)
     return value / sqrt((1.0 - keep) / 4.0); /* of two equal poles near 1 */
 }
 
+/* The frequency of a rotor wanders by a twentieth, once in 13000 samples. */
+static double rotor_next(double cycles, double from, uint32_t n, double *phase)
+{
+    *phase += cycles * (1.0 + 0.05 * sin(TURN * (from + n / 13000.0)));
+    return sin(TURN * *phase);
+}
+
 static void move(const motion_t *motion, random_t *random, wander_t *wander)
 {
-    const double phase = random_uniform(random);
+    const double from = random_uniform(random);
+    double phase = from;
     for (uint32_t n = 0U; n < motion->window; n++) {
-        samples[n] +=
-            motion->size * (motion->is_noise
-                                ? wander_next(wander, motion->cycles)
-                                : sin(2.0 * 3.14159265358979323846 * (phase + motion->cycles * n)));
+        const double next = (motion->kind == NOISE)   ? wander_next(wander, motion->cycles)
+                            : (motion->kind == ROTOR) ? rotor_next(motion->cycles, from, n, &phase)
+                                                      : sin(TURN * (from + motion->cycles * n));
+        samples[n] += motion->size * next;
     }
 }
 

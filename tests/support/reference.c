@@ -13,7 +13,7 @@ static int64_t reflected(const reference_record_t *record, int64_t position)
     return (position < record->count) ? position : ((2 * record->count) - 1 - position);
 }
 
-static int64_t sample_at(const reference_record_t *record, int64_t position)
+int64_t reference_sample(const reference_record_t *record, int64_t position)
 {
     return record->sample[reflected(record, position)];
 }
@@ -50,16 +50,16 @@ static reference_real_t kurtosis_of(const reference_record_t *record, int64_t fr
     const reference_real_t n = (reference_real_t)(to - from);
     reference_real_t mean = 0;
     for (int64_t i = from; i < to; i++) {
-        mean += (reference_real_t)sample_at(record, i) / n;
+        mean += (reference_real_t)reference_sample(record, i) / n;
     }
     reference_real_t second = 0;
     reference_real_t fourth = 0;
     bool constant = true;
     for (int64_t i = from; i < to; i++) {
-        const reference_real_t deviation = (reference_real_t)sample_at(record, i) - mean;
+        const reference_real_t deviation = (reference_real_t)reference_sample(record, i) - mean;
         second += deviation * deviation;
         fourth += deviation * deviation * deviation * deviation;
-        constant = constant && (sample_at(record, i) == sample_at(record, from));
+        constant = constant && (reference_sample(record, i) == reference_sample(record, from));
     }
     return constant ? (reference_real_t)NAN : ((fourth / n) / ((second / n) * (second / n)));
 }
@@ -141,7 +141,8 @@ static bool has_changed(reference_t *reference, const reference_epoch_t *epoch, 
     const double limit = 16.0 * pow(2.0, -floor(even)) * ((floor(even) < even - 0.49) ? 0.75 : 1.0);
     uint32_t count;
     const double sum = (double)reference_sum(reference, epoch, config->taus[0], &count);
-    const bool full = (epoch->head - epoch->tail) == longest;
+    const bool full = ((epoch->head - epoch->tail) == longest) && (epoch->tail >= 0) &&
+                      (epoch->head <= reference->record.count);
     if (reference->wait > (int64_t)config->stride) {
         reference->wait -= (int64_t)config->stride;
     } else {
@@ -175,7 +176,7 @@ bool reference_next(reference_t *reference, reference_epoch_t *epoch)
         if (reported && (config->moments.segment > 0U)) {
             judge(reference, epoch);
         }
-        if (!centred && (config->law == NULL) && has_changed(reference, epoch, reported)) {
+        if ((config->law == NULL) && has_changed(reference, epoch, reported)) {
             epoch->unstable = true;
         }
         decide(reference, epoch->unstable && reported);
@@ -196,7 +197,8 @@ reference_real_t reference_sum(const reference_t *reference, const reference_epo
         int64_t difference = 0;
         bool gap = false;
         for (int64_t i = 0; i < (int64_t)m; i++) {
-            difference += sample_at(record, start + (int64_t)m + i) - sample_at(record, start + i);
+            difference += reference_sample(record, start + (int64_t)m + i) -
+                          reference_sample(record, start + i);
         }
         for (int64_t i = 1; i < (2 * (int64_t)m); i++) {
             gap = gap || gap_at(record, start + i);

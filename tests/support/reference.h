@@ -39,6 +39,9 @@ typedef struct {
     int64_t wait;    /* samples until the next of them */
 } reference_t;
 
+/* The sample at a position, or the one that its mirror image has before or after the record. */
+int64_t reference_sample(const reference_record_t *record, int64_t position);
+
 void reference_start(reference_t *reference, const davar_config_t *config, bool is_centred,
                      reference_record_t record);
 bool reference_next(reference_t *reference, reference_epoch_t *epoch);

@@ -5,13 +5,14 @@
 #include "fit/white.h"
 #include "number/real.h"
 
-#define SIZES_MOVING 4    /* in motion: white noise, a ramp, and two that test them */
-#define SIZES_FLAT 5      /* after a filter: flat for so many, of which the last ones are used, */
-#define SIZES_SETTLED 3   /* ... at least so many */
-#define SETTLED 4.0F      /* ... from this times the size from which the filter does not show */
-#define TREND_SHOWN 2.0F  /* standard errors of a trend that shows */
-#define TREND_HIDDEN 4.0F /* ... and of one that sizes chosen because it does not may hide */
-#define MISFIT_REAL 3.0F  /* standard deviations of a misfit that is real */
+#define SIZES_MOVING 4  /* in motion: white noise, a ramp, and two that test them */
+#define SIZES_FLAT 5    /* after a filter: flat for so many, of which the last ones are used, */
+#define SIZES_SETTLED 3 /* ... at least so many */
+#define SETTLED 4.0F    /* ... from this times the size from which the filter does not show */
+#define VIBRATION_MOST 0.25F /* share of N^2 in the shortest of these sizes */
+#define TREND_SHOWN 2.0F     /* standard errors of a trend that shows */
+#define TREND_HIDDEN 4.0F    /* ... and of one that sizes chosen because it does not may hide */
+#define MISFIT_REAL 3.0F     /* standard deviations of a misfit that is real */
 #define OCTAVE_DOWN 2.0F
 #define RELATIVE_MOST 0.125F /* variance of N^2 over N^4, above which it is no value */
 #define INVERSE_LEAST 1e-9F  /* 1 / edf, below which N^2 is exact */
@@ -364,7 +365,19 @@ static bool find_moving(const curve_t *curve, flat_part_t *part)
     return true;
 }
 
-/* The trend that does not show may be there. */
+/* Vibration leaves at most about as much in m^2 avar as at the shorter sizes: up to this at the
+ * shortest of the line. */
+static float vibration_most(const curve_t *curve, const line_t *line)
+{
+    const float *const m = curve->plan->m;
+    float most = 0.0F;
+    for (int t = 0; t < line->first; t++) {
+        most = larger_of(most, (curve->y[t] - line->square) * m[t]);
+    }
+    return most / m[line->first];
+}
+
+/* The trend that does not show may be there, and vibration too. */
 static bool find_settled(const curve_t *curve, flat_part_t *part)
 {
     line_t line;
@@ -373,9 +386,11 @@ static bool find_settled(const curve_t *curve, flat_part_t *part)
         return false;
     }
     const float error = root_of_float(flat_variance(curve, &trend, trend.of_square));
+    const float vibration = vibration_most(curve, &line);
     *part = part_of_line(curve, &line);
+    part->low = larger_of(part->low - vibration, 0.0F);
     part->high = larger_of(part->high, trend.square + TREND_HIDDEN * error);
-    return true;
+    return vibration < VIBRATION_MOST * line.square;
 }
 
 static double flat_in_unit(const curve_t *curve, float square)

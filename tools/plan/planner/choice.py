@@ -163,7 +163,8 @@ def _rank(plan: Plan) -> tuple[int, int, int]:
     return FITS.index(plan.design.fit), max(fewer_results, 0), price
 
 
-def _plans(wishes: Wishes, of_core: Any) -> Iterator[tuple[float, list[Plan]]]:
+def _plans(wishes: Wishes) -> Iterator[tuple[float, list[Plan]]]:
+    of_core = costs.table()[wishes.core]
     for percent, designs in candidates(wishes):
         yield (
             percent,
@@ -171,9 +172,19 @@ def _plans(wishes: Wishes, of_core: Any) -> Iterator[tuple[float, list[Plan]]]:
         )
 
 
-def find(wishes: Wishes, of_core: Any) -> Plan | None:
-    """The best plan that meets every wish."""
-    for percent, plans in _plans(wishes, of_core):
+def find(wishes: Wishes) -> Plan | None:
+    """The best plan that meets every wish. Motion that is not stated is slow if there is room."""
+    found = [_in_motion(replace(wishes, motion=motion)) for motion in _motions(wishes)]
+    fitting = [plan for plan in found if plan is not None]
+    return min(fitting, key=lambda plan: FITS.index(plan.design.fit), default=None)
+
+
+def _motions(wishes: Wishes) -> tuple[str, ...]:
+    return ("slow", NO_ROOM) if wishes.motion is None else (wishes.motion,)
+
+
+def _in_motion(wishes: Wishes) -> Plan | None:
+    for percent, plans in _plans(wishes):
         fitting = [plan for plan in plans if not excess(plan, percent)]
         if fitting:
             return min(fitting, key=_rank)
@@ -205,7 +216,7 @@ def _with_limits(wishes: Wishes, suits: Callable[[Plan], bool]) -> list[Relaxed]
     """The fewest of --flash and --ram, with values with which there is a plan that suits."""
     for options in (["--flash"], ["--ram"], ["--flash", "--ram"]):
         unlimited: dict[str, Any] = {LIMITS[option]: None for option in options}
-        found = find(replace(wishes, **unlimited), costs.table()[wishes.core])
+        found = find(replace(wishes, **unlimited))
         if found and suits(found):
             return [
                 Relaxed(option, NEEDS[option][1](NEEDS[option][0](found))) for option in options
@@ -248,7 +259,7 @@ def _need(wishes: Wishes) -> str:
     return f"{', '.join(words[:-1])} and {words[-1]} need"
 
 
-def _enough(wishes: Wishes, needed: dict[str, float], of_core: Any) -> list[Relaxed]:
+def _enough(wishes: Wishes, needed: dict[str, float]) -> list[Relaxed]:
     """Values of these options with which there is a plan, or none."""
     for more in MORE:
         relaxed = [
@@ -257,7 +268,7 @@ def _enough(wishes: Wishes, needed: dict[str, float], of_core: Any) -> list[Rela
         other = wishes
         for one in relaxed:
             other = with_option(other, one.option, one.value)
-        if find(other, of_core):
+        if find(other):
             return relaxed
     return []
 
@@ -275,14 +286,12 @@ def _useful(plan: Plan) -> bool:
     return promise.arw_percent <= PERCENT_STILL_USEFUL and math.isfinite(promise.respond_s)
 
 
-def _relaxed_limits(
-    wishes: Wishes, plans: list[tuple[float, list[Plan]]], of_core: Any
-) -> Iterator[Relaxed]:
+def _relaxed_limits(wishes: Wishes, plans: list[tuple[float, list[Plan]]]) -> Iterator[Relaxed]:
     """Each limit as the cheapest plan that misses nothing else needs it."""
     for option, (measure, _) in NEEDS.items():
         needs = [measure(plan) for plan in _only(option, plans) if _useful(plan)]
         if needs:
-            yield from _enough(wishes, {option: min(needs)}, of_core)
+            yield from _enough(wishes, {option: min(needs)})
 
 
 def _shorter(wishes: Wishes) -> Iterator[Wishes]:
@@ -295,32 +304,32 @@ def _shorter(wishes: Wishes) -> Iterator[Wishes]:
                 break
 
 
-def _relaxed_wishes(wishes: Wishes, of_core: Any) -> Iterator[Relaxed]:
+def _relaxed_wishes(wishes: Wishes) -> Iterator[Relaxed]:
     """The nearest other values of the wishes that are no limits."""
     if wishes.respond_s is not None:
         for factor in LENGTHEN:
             other = replace(wishes, respond_s=float(number(wishes.respond_s * factor)))
-            if find(other, of_core):
+            if find(other):
                 yield Relaxed("--respond", number(wishes.respond_s * factor))
                 break
     for other in _shorter(wishes):
-        plan = find(other, of_core)
+        plan = find(other)
         if plan:
             if plan.design.cascade_taus:
                 yield Relaxed("--longest-tau", number(other.longest_tau_s or 0))
             break
-    if wishes.motion == "slow" and find(replace(wishes, motion="none"), of_core):
+    if wishes.motion == "slow" and find(replace(wishes, motion="none")):
         yield Relaxed("--motion", "none")
     for axes in range(wishes.axes - 1, 0, -1):
-        if find(replace(wishes, axes=axes), of_core):
+        if find(replace(wishes, axes=axes)):
             yield Relaxed("--axes", str(axes))
             break
 
 
-def _relaxed(wishes: Wishes, plans: list[tuple[float, list[Plan]]], of_core: Any) -> list[Relaxed]:
+def _relaxed(wishes: Wishes, plans: list[tuple[float, list[Plan]]]) -> list[Relaxed]:
     """One value for each option that alone makes a plan possible."""
     found: dict[str, Relaxed] = {}
-    for relaxed in (*_relaxed_limits(wishes, plans, of_core), *_relaxed_wishes(wishes, of_core)):
+    for relaxed in (*_relaxed_limits(wishes, plans), *_relaxed_wishes(wishes)):
         first = found.setdefault(relaxed.option, relaxed)
         if relaxed.option == "--respond" and float(relaxed.value) < float(first.value):
             found["--respond"] = relaxed
@@ -334,15 +343,15 @@ def _nearest(plans: list[tuple[float, list[Plan]]]) -> tuple[float, Plan]:
     return min(useful or pairs, key=lambda pair: math.prod(excess(pair[1], pair[0]).values()))
 
 
-def _together(wishes: Wishes, percent: float, nearest: Plan, of_core: Any) -> list[Relaxed]:
+def _together(wishes: Wishes, percent: float, nearest: Plan) -> list[Relaxed]:
     """What to relax at once if no single option suffices."""
     if not _useful(nearest):
         return []
     needed = {option: NEEDS[option][0](nearest) for option in excess(nearest, percent)}
-    return _enough(wishes, needed, of_core) or _later(wishes, of_core)
+    return _enough(wishes, needed) or _later(wishes)
 
 
-def _later(wishes: Wishes, of_core: Any) -> list[Relaxed]:
+def _later(wishes: Wishes) -> list[Relaxed]:
     """The nearest later response that one limit makes possible, and this limit. Candidates depend
     on the response, so that the nearest plan need not be one for the response that it promises.
     """
@@ -351,8 +360,8 @@ def _later(wishes: Wishes, of_core: Any) -> list[Relaxed]:
     for factor in LENGTHEN:
         later = Relaxed("--respond", number(wishes.respond_s * factor))
         other = with_option(wishes, later.option, later.value)
-        plans = [(percent, group) for percent, group in _plans(other, of_core) if group]
-        for limit in _relaxed_limits(other, plans, of_core):
+        plans = [(percent, group) for percent, group in _plans(other) if group]
+        for limit in _relaxed_limits(other, plans):
             return [later, limit]
     return []
 
@@ -432,9 +441,7 @@ def _hidden(wishes: Wishes) -> Impossible:
     )
 
 
-def _hints(
-    wishes: Wishes, missed: Iterable[str], relaxed: Iterable[Relaxed], of_core: Any
-) -> Iterator[str]:
+def _hints(wishes: Wishes, missed: Iterable[str], relaxed: Iterable[Relaxed]) -> Iterator[str]:
     """What else would help."""
     if wishes.bandwidth is None and "--arw-percent" in missed:
         yield "a declared --bandwidth narrows the interval of ARW"
@@ -442,20 +449,17 @@ def _hints(
         yield "sum samples first (davar/average.h), and state their lower rate"
     shorter = any(one.option == "--longest-tau" for one in relaxed)
     without = replace(wishes, longest_tau_s=None)
-    if wishes.longest_tau_s and not shorter and find(without, of_core):
+    if wishes.longest_tau_s and not shorter and find(without):
         yield "it is possible without --longest-tau"
 
 
 def plan(wishes: Wishes) -> Plan:
     """The plan for the wishes. Raises Impossible, or BadOption for a filter."""
-    of_core = costs.table()[wishes.core]
-    motions = ("slow", NO_ROOM) if wishes.motion is None else (wishes.motion,)
-    choices = [find(replace(wishes, motion=motion), of_core) for motion in motions]
-    fitting = [plan for plan in choices if plan is not None]
-    if fitting:
-        return min(fitting, key=lambda plan: FITS.index(plan.design.fit))
-    wishes = replace(wishes, motion=motions[-1])
-    plans = [(percent, group) for percent, group in _plans(wishes, of_core) if group]
+    found = find(wishes)
+    if found:
+        return found
+    wishes = replace(wishes, motion=_motions(wishes)[-1])
+    plans = [(percent, group) for percent, group in _plans(wishes) if group]
     if plans and all(math.isinf(p.promise.arw_percent) for _, group in plans for p in group):
         raise _hidden(wishes)
     if not plans:
@@ -463,9 +467,9 @@ def plan(wishes: Wishes) -> Plan:
     percent, nearest = _nearest(plans)
     missed = excess(nearest, percent)
     reasons = [_reason(option, wishes, percent, nearest) for option in missed]
-    relaxed, together = _relaxed(wishes, plans, of_core), False
+    relaxed, together = _relaxed(wishes, plans), False
     if not relaxed:
-        relaxed = _together(wishes, percent, nearest, of_core)
+        relaxed = _together(wishes, percent, nearest)
         together = len(relaxed) > 1
-    hints = _hints(wishes, missed, relaxed, of_core)
+    hints = _hints(wishes, missed, relaxed)
     raise Impossible(reasons, relaxed, hints=hints, together=together)

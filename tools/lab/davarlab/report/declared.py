@@ -372,12 +372,13 @@ def default_said(model: Model, lsb: float, window: int = WINDOW) -> str:
             "Without --lsb, the device's ARW includes the rounding to counts and is about "
             f"{100 * added:.2g} % too high; export --to plan --recording prints the options."
         )
-    option = "--bandwidth" if filtered(model) else "--taus"
-    return (
-        f"Without {option}, the device withholds the ARW or reports one about "
-        f"{100 * abs(bias):.2g} % too {'high' if bias > 0 else 'low'} in windows of {window} "
-        "samples; export --to plan prints the options."
-    )
+    if filtered(model):
+        told = "Without --bandwidth, the device takes the ARW from the long cluster sizes, with a "
+        told += "wider interval, or withholds it"
+    else:
+        told = "Without --taus, the device withholds the ARW or reports one about "
+        told += f"{100 * abs(bias):.2g} % too {'high' if bias > 0 else 'low'}"
+    return f"{told}, in windows of {window} samples; export --to plan prints the options."
 
 
 def count_of(recording: Recording, column: str) -> float:

@@ -107,13 +107,9 @@ def _row(core: str, found: choice.Plan | None) -> Json:
 
 def _rows(stated: wishes.Wishes, found: choice.Plan | None) -> list[Json]:
     """A row for each core; found: the plan for the stated one."""
-    table = costs.table()
     return [
-        _row(
-            core,
-            found if core == stated.core else choice.find(replace(stated, core=core), table[core]),
-        )
-        for core in table
+        _row(core, found if core == stated.core else choice.find(replace(stated, core=core)))
+        for core in costs.table()
     ]
 
 
