@@ -295,6 +295,7 @@ static bool is_low_pass(const arma_data_t *data, const arma_t *model)
 
 static void try_from(const arma_data_t *data, arma_t *start, arma_t *best)
 {
+    start->is_steady = data->is_steady;
     improve(data, start);
     if ((start->loss < best->loss) && is_low_pass(data, start)) {
         *best = *start;

@@ -23,6 +23,7 @@ typedef struct {
     arma_bin_t bin[ARMA_BINS_MOST];
     size_t count;
     double rounding; /* white noise after the filter */
+    bool is_steady;  /* no model has a flicker or a walk */
 } arma_data_t;
 
 typedef struct {

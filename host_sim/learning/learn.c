@@ -147,6 +147,7 @@ static void fill_bins(const data_t *data, arma_data_t *bins)
 {
     bins->count = 0U;
     bins->rounding = data->rounding;
+    bins->is_steady = false;
     for (size_t j = FIRST; j < data->ordinates;) {
         const size_t more = j / BIN_SHARE;
         const size_t end = j + ((more < BIN_MOST) ? (more + 1U) : BIN_MOST);
@@ -170,27 +171,14 @@ static void fill_bins(const data_t *data, arma_data_t *bins)
 }
 
 /* Bayes' criterion, in units of log-likelihood. */
-static double criterion(const data_t *data, const arma_t *model)
+static double criterion(const arma_data_t *bins, const arma_t *model)
 {
-    const double independent = data->weight * (double)count_used(data);
+    double independent = 0.0;
+    for (size_t i = 0U; i < bins->count; i++) {
+        independent += bins->bin[i].weight;
+    }
     return model->loss + 0.5 * (1.0 + 2.0 * model->order) * log(independent);
 }
-
-/* The bins after a filter that is known. */
-static void pass(arma_data_t *bins, const davar_filter_t *filter)
-{
-    for (size_t i = 0U; i < bins->count; i++) {
-        bins->bin[i].known = davar_filter_power(filter, bins->bin[i].angle / (2.0 * PI));
-    }
-}
-
-typedef struct {
-    davar_filter_t filter;
-    arma_t model; /* of what is before the averages */
-    unsigned order;
-    unsigned length;
-    double criterion;
-} averages_t;
 
 typedef struct {
     arma_t model[ARMA_ORDER_MOST + 1U];
@@ -200,21 +188,19 @@ typedef struct {
     unsigned best;
 } models_t;
 
-static void fit_models(const data_t *data, models_t *models)
+static void fit_models(const arma_data_t *bins, models_t *models)
 {
-    arma_data_t bins;
-    fill_bins(data, &bins);
     models->count = 0U;
     models->best = 0U;
     for (unsigned p = 0U; (p <= ARMA_ORDER_MOST) && (p <= models->best + PATIENCE); p++) {
-        arma_fit(&bins, p, (p > 0U) ? &models->model[p - 1U] : NULL, &models->model[p]);
+        arma_fit(bins, p, (p > 0U) ? &models->model[p - 1U] : NULL, &models->model[p]);
         models->drifting[p] = models->model[p];
-        if (models->model[p].loss < HUGE_VAL) {
-            const arma_t steady = arma_steady(&bins, &models->model[p]);
+        if ((models->model[p].loss < HUGE_VAL) && !bins->is_steady) {
+            const arma_t steady = arma_steady(bins, &models->model[p]);
             const bool is_better = steady.loss < models->model[p].loss + EXCLUDED;
             models->model[p] = is_better ? steady : models->model[p];
         }
-        models->criterion[p] = criterion(data, &models->model[p]);
+        models->criterion[p] = criterion(bins, &models->model[p]);
         models->best = (models->criterion[p] < models->criterion[models->best]) ? p : models->best;
         models->count = p + 1U;
     }
@@ -247,22 +233,36 @@ static double level_of(const models_t *models)
     return 0.5 * sqrt(sum / weights);
 }
 
-/* Moving averages have more zeros than a model: the best of them alone. */
-static void fit_averages(const data_t *data, averages_t *best)
+/* The loss with a filter that is given. */
+static double loss_after(const arma_data_t *bins, const davar_filter_t *filter, arma_t *model)
 {
-    arma_data_t bins;
-    fill_bins(data, &bins);
-    *best = (averages_t){.criterion = HUGE_VAL};
+    arma_data_t passed = *bins;
+    for (size_t i = 0U; i < bins->count; i++) {
+        passed.bin[i].known *= davar_filter_power(filter, bins->bin[i].angle / (2.0 * PI));
+    }
+    arma_fit(&passed, 0U, NULL, model);
+    return criterion(bins, model);
+}
+
+void learn_choose(const arma_data_t *bins, learn_choice_t *choice)
+{
+    models_t models;
+    fit_models(bins, &models);
+    const double least = models.criterion[models.best];
+    *choice = (learn_choice_t){.model = models.model[models.best], .criterion = least};
+    if (choice->model.order > 0U) {
+        arma_filter(&choice->model, &choice->filter);
+        choice->filter.level = fmin(level_of(&models), 0.5);
+    }
+    /* Moving averages have more zeros than a model: the best of them alone. */
     for (unsigned order = 1U; order <= AVERAGES_MOST; order++) {
         for (unsigned length = 2U; length <= LENGTH_MOST; length++) {
             davar_filter_t filter = {.b = {0.0}};
             arma_t model;
             davar_filter_average(&filter, order, length);
-            pass(&bins, &filter);
-            arma_fit(&bins, 0U, NULL, &model);
-            const double found = criterion(data, &model) + LOG_LENGTHS;
-            if (found < best->criterion) {
-                *best = (averages_t){filter, model, order, length, found};
+            const double found = loss_after(bins, &filter, &model) + LOG_LENGTHS;
+            if (found < choice->criterion) {
+                *choice = (learn_choice_t){filter, order, length, model, found};
             }
         }
     }
@@ -303,45 +303,38 @@ static bool misfits(const data_t *data, const arma_t *model)
 
 /* --- what is learned --- */
 
-/* The loss with a low-pass that is given. */
-static double loss_after(const data_t *data, double cutoff, unsigned poles)
-{
-    arma_data_t bins;
-    davar_filter_t filter = {.b = {0.0}};
-    arma_t model;
-    davar_filter_low_pass(&filter, cutoff, poles, 0.0);
-    fill_bins(data, &bins);
-    pass(&bins, &filter);
-    arma_fit(&bins, 0U, NULL, &model);
-    return model.loss;
-}
-
 /* Does the spectrum exclude every filter that matters? */
 static bool is_white(const data_t *data, const arma_t *white)
 {
-    return (loss_after(data, WIDE_1_POLE, 1U) > white->loss + EXCLUDED) &&
-           (loss_after(data, WIDE_2_POLES, 2U) > white->loss + EXCLUDED);
+    arma_data_t bins;
+    davar_filter_t narrow[2] = {{.b = {0.0}}, {.b = {0.0}}};
+    bool excluded = true;
+    fill_bins(data, &bins);
+    davar_filter_low_pass(&narrow[0], WIDE_1_POLE, 1U, 0.0);
+    davar_filter_low_pass(&narrow[1], WIDE_2_POLES, 2U, 0.0);
+    for (int i = 0; i < 2; i++) {
+        arma_t model;
+        (void)loss_after(&bins, &narrow[i], &model);
+        excluded = excluded && (model.loss > white->loss + EXCLUDED);
+    }
+    return excluded;
 }
 
-static learned_t judge(const data_t *data, const models_t *models, const averages_t *averages)
+static learned_t judge(const data_t *data, const learn_choice_t *choice)
 {
-    const bool by_averages = averages->criterion < models->criterion[models->best];
-    const arma_t *const best = by_averages ? &averages->model : &models->model[models->best];
-    learned_t learned = {.status = LEARN_FOUND};
-    if (misfits(data, best)) {
+    learned_t learned = {.status = LEARN_FOUND,
+                         .filter = choice->filter,
+                         .averages = choice->averages,
+                         .length = choice->length};
+    const bool is_filtered = (choice->averages > 0U) || (choice->model.order > 0U);
+    if (misfits(data, &choice->model)) {
         learned.status = LEARN_MISFIT;
-    } else if (by_averages) {
-        learned.filter = averages->filter;
-        learned.averages = averages->order;
-        learned.length = averages->length;
-    } else if (best->order == 0U) {
-        learned.status = is_white(data, best) ? LEARN_NONE : LEARN_WIDE;
+    } else if (!is_filtered) {
+        learned.status = is_white(data, &choice->model) ? LEARN_NONE : LEARN_WIDE;
+    } else if (learned.filter.level > LEVEL_MOST) {
+        learned.status = LEARN_VAGUE;
     } else {
-        arma_filter(best, &learned.filter);
-        learned.filter.level = fmin(level_of(models), 0.5);
-        if (learned.filter.level > LEVEL_MOST) {
-            learned.status = LEARN_VAGUE;
-        }
+        /* found */
     }
     return learned;
 }
@@ -349,23 +342,21 @@ static learned_t judge(const data_t *data, const models_t *models, const average
 /* Fits, and leaves out what exceeds the fit, as a wide line does, until nothing does. */
 static learned_t learn(data_t *data)
 {
-    models_t models;
-    averages_t averages;
+    learn_choice_t choice;
     leave_lines_out(data);
     for (size_t i = 0; i <= TRIMS; i++) {
+        arma_data_t bins;
         if (3U * count_used(data) < 2U * data->ordinates) {
             return (learned_t){.status = LEARN_MISFIT};
         }
-        fit_models(data, &models);
-        fit_averages(data, &averages);
-        const bool by_averages = averages.criterion < models.criterion[models.best];
-        data->known = by_averages ? averages.filter : (davar_filter_t){.b = {0.0}};
-        if ((i == TRIMS) ||
-            !trim(data, by_averages ? &averages.model : &models.model[models.best])) {
+        fill_bins(data, &bins);
+        learn_choose(&bins, &choice);
+        data->known = (choice.averages > 0U) ? choice.filter : (davar_filter_t){.b = {0.0}};
+        if ((i == TRIMS) || !trim(data, &choice.model)) {
             break;
         }
     }
-    return judge(data, &models, &averages);
+    return judge(data, &choice);
 }
 
 learned_t learn_filter(spectrum_t *spectrum, double rounding)

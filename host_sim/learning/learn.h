@@ -3,6 +3,7 @@
 #define LEARN_H
 
 #include "davar/filter.h"
+#include "learning/arma.h"
 #include "learning/spectrum.h"
 
 #define LEARN_SEGMENTS_LEAST 16U
@@ -27,6 +28,17 @@ typedef struct {
     size_t segments;       /* at rest */
     size_t segment;        /* samples of each */
 } learned_t;
+
+/* The filter that explains a spectrum with the fewest numbers. */
+typedef struct {
+    davar_filter_t filter; /* all zeros: none */
+    unsigned averages;     /* as in learned_t */
+    unsigned length;
+    arma_t model;     /* of what is before the averages */
+    double criterion; /* Bayes', in units of log-likelihood */
+} learn_choice_t;
+
+void learn_choose(const arma_data_t *bins, learn_choice_t *choice);
 
 /* Learns from the segments of one signal. rounding: variance of rounding to counts, in the unit of
  * the samples squared; 0: unknown. Sorts the segments. */

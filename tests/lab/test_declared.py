@@ -23,6 +23,7 @@ WHITE = (
     f"coefficient_deg_per_sqrt_h = {ARW}\n"
 )
 LOW = '[[effect]]\nkind = "low_pass"\ncutoff_hz = {}\nresponse = "{}"\norder = {}\n'
+ANY = '[[effect]]\nkind = "filter"\nfilter = "{}"\n'
 MEAN = '[[effect]]\nkind = "moving_average"\nsamples = {}\n'
 FIRMWARE = """
 #include "davar/davar.h"
@@ -174,6 +175,9 @@ def test_davar_plan_makes_the_plan_of_the_header(lab, library):
         LOW.format(7.3, "sampled", 2) + MEAN.format(4),
         LOW.format(12, "bilinear", 2),
         MEAN.format(2) * 3,
+        ANY.format("20:2+notch:30:5"),
+        ANY.format("ba:0.3,0.2,0.1:-0.5,0.1:1.5") + MEAN.format(3),
+        LOW.format(20, "sampled", 1) + ANY.format("biquad:15"),
     ):
         text, found = exported(lab, WHITE + filters, "--window", "600")
         line = re.search(r"tools/davar-plan (.*)", text)[1]
@@ -318,6 +322,8 @@ def test_the_filters_of_a_model_are_those_of_the_option(lab):
         (MEAN.format(3.99), "average:4"),
         (MEAN.format(2) * 2, "average2:2"),
         (LOW.format(20, "sampled", 2) + MEAN.format(8), "20:2:10+average:8"),
+        (ANY.format("biquad:20+notch:30:5"), "biquad:20+notch:30:5"),
+        (LOW.format(20, "sampled", 2) + ANY.format("pt1:9"), "20:2:10+pt1:9"),
     ):
         assert bandwidth == exported(lab, WHITE + filters)[1]["bandwidth"]
     sheet, words = lab.work / "sheet.toml", ("low_pass", "cutoff_hz=33", "order=2")
@@ -330,7 +336,8 @@ def test_cluster_sizes_where_the_filters_differ_are_left_out(lab):
     for filters, first in (
         (LOW.format(20, "sampled", 1), 1),
         (LOW.format(20, "bilinear", 1), 1),
-        (LOW.format(5, "analogue", 2), 1),
+        (ANY.format("biquad:5+notch:20:2"), 1),
+        (ANY.format("ba:0.3,0.2,0.1:-0.5,0.1:1"), 1),
         (MEAN.format(1.2), 16),
     ):
         text, found = exported(lab, WHITE + filters)
@@ -344,13 +351,15 @@ def test_a_filter_that_the_device_does_not_know_is_rejected(lab):
     high = '[[effect]]\nkind = "high_pass"\ncorner_period_s = 100\n'
     for model, why in (
         (WHITE + low + low, "two low_pass: the device knows one"),
-        (WHITE + low + high, "high_pass: the device knows low_pass and moving_average only"),
+        (WHITE + low + high, "high_pass: the device knows low_pass, moving_average, filter only"),
         (WHITE + MEAN.format(2) + MEAN.format(4), "2 lengths; the device knows one"),
         (WHITE + MEAN.format(2) * 9, "9 of 2 samples; the device knows up to 8"),
         (WHITE + MEAN.format(1025), "1 of 1025 samples; the device knows up to 8, together"),
         (WHITE + LOW.format(0.1, "sampled", 2), "cutoff_hz is 0.001 of the sample rate"),
         (WHITE + LOW.format(900, "sampled", 2), "cutoff_hz is 9 of the sample rate"),
         (WHITE + behind, "noise_behind_dps"),
+        (WHITE + ANY.format("biquad:60"), "filter: "),
+        (WHITE + ANY.format("biquad:20:x"), "filter: "),
         (WHITE.replace(f"{ARW}\n", "0\n") + low, "no angle_random_walk"),
         (WHITE.replace("rate_hz = 100.0\n", "") + low, "no rate_hz"),
     ):

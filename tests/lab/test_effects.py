@@ -14,6 +14,7 @@ from davarlab.effects import columns, filters, table
 from davarlab.inference.parts import part_of, spectrum_of
 from davarlab.model import Model, Term
 from davarlab.report import export
+from scipy import signal
 
 RATE = 50.0
 N, B, K, Q = 0.3 / 60, 5 / 3600, 20 / 216000, 2e-4  # deg and s
@@ -97,19 +98,44 @@ def test_a_table_adds_variances_and_says_its_taus():
     assert {row[3] for row in rows} == {"0.05"}
 
 
+def of_scipy(b, a, f):
+    """Of SciPy's coefficients."""
+    return np.abs(signal.freqz(b, a, worN=f, fs=RATE)[1]) ** 2
+
+
 def test_filters_and_shapes_of_spectra_are_those_of_their_definitions():
     f = np.linspace(0.1, 24.9, 300)
     z = np.exp(-2j * np.pi * f / RATE)
     a = np.exp(-2 * np.pi / (100 * RATE))
+    w = 2 * np.pi * 12 / RATE
+    alpha = np.sin(w) / (2 * 3)  # as the audio EQ cookbook and flight controllers have Q
     for kind, values, exact, rtol in (
         *(
             (
                 "low_pass",
-                {"cutoff_hz": 8.0, "response": "analogue", "order": order},
-                1 / (1 + (f / 8.0) ** (2 * order)),
+                {"cutoff_hz": 8.0, "response": "bilinear", "order": order},
+                of_scipy(*signal.butter(order, 8.0, fs=RATE), f),
                 1e-9,
             )
             for order in (1, 2)
+        ),
+        *(
+            ("filter", {"filter": text}, of_scipy(b, a, f), 1e-6)
+            for text, b, a in (
+                ("biquad:8", *signal.butter(2, 8.0, fs=RATE)),
+                ("notch:12:3", [1, -2 * np.cos(w), 1], [1 + alpha, -2 * np.cos(w), 1 - alpha]),
+                (
+                    "ba:0.2,0.1,0.3:-0.5,0.1:2",
+                    [0.2 / 0.6, 0.1 / 0.6, 0.5],
+                    [1 / 0.6, -0.5 / 0.6, 0.1 / 0.6],
+                ),
+                ("average2:4", np.convolve(np.ones(4), np.ones(4)) / 16, [1]),
+                (
+                    "biquad:8+average:5",
+                    np.convolve(signal.butter(2, 8.0, fs=RATE)[0], np.ones(5) / 5),
+                    signal.butter(2, 8.0, fs=RATE)[1],
+                ),
+            )
         ),
         *(
             (

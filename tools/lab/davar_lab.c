@@ -1,15 +1,22 @@
-/* One function between Python and the library: a whole recording in, Allan deviations of windows on
- * a grid out. Built with lib/'s own sources, so the numbers are those of the device. */
+/* What Python asks of the library: Allan deviations of a recording in windows on a grid, filters as
+ * --bandwidth has them, and the filter that a spectrum shows. Built with lib/'s own sources, so the
+ * numbers are those of the device. */
 #include "davar/davar.h"
 #include "davar/fit.h"
+#include "learning/learn.h"
+#include "setup/bandwidth.h"
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 int davar_lab_windows(const float *rates, size_t count, double full_scale, uint32_t window,
                       uint32_t stride, const uint32_t *taus, uint8_t tau_count, double *adev,
                       size_t rows);
 double davar_lab_edf(int noise, uint32_t m, uint32_t window);
+const char *davar_lab_filter(const char *text, double rate_hz, davar_filter_t *filter);
+int davar_lab_learn(const double bins[][4], size_t count, double rounding, int is_steady,
+                    char *text);
 
 static size_t take_full(davar_t *davar, uint32_t window, double *adev, size_t row, size_t rows)
 {
@@ -66,4 +73,45 @@ int davar_lab_windows(const float *rates, size_t count, double full_scale, uint3
 double davar_lab_edf(int noise, uint32_t m, uint32_t window)
 {
     return davar_edf((davar_coefficient_kind_t)noise, m, window);
+}
+
+/* Reads a value of --bandwidth. Returns null, or what was expected. */
+const char *davar_lab_filter(const char *text, double rate_hz, davar_filter_t *filter)
+{
+    *filter = (davar_filter_t){.b = {0.0}};
+    return bandwidth_read(text, rate_hz, filter);
+}
+
+/* The filter that a spectrum shows, as a value of --bandwidth of LEARN_TEXT bytes; "": none. Rows
+ * of bins: angle, power, independent ordinates that vary as exponentials, and the power without the
+ * filter up to a factor; is_steady: that has the flicker and the walk. rounding: power after the
+ * filter. Returns the numbers that it has. */
+int davar_lab_learn(const double bins[][4], size_t count, double rounding, int is_steady,
+                    char *text)
+{
+    static const unsigned of_averages = 2U;
+    arma_data_t *const data = calloc(1U, sizeof *data);
+    learn_choice_t choice;
+    text[0] = '\0';
+    if ((data == NULL) || (count > ARMA_BINS_MOST)) {
+        free(data);
+        return 0;
+    }
+    data->rounding = rounding;
+    data->is_steady = (is_steady != 0);
+    for (data->count = 0U; data->count < count; data->count++) {
+        const double *const row = bins[data->count];
+        data->bin[data->count] =
+            (arma_bin_t){.angle = row[0], .power = row[1], .weight = row[2], .known = row[3]};
+    }
+    learn_choose(data, &choice);
+    free(data);
+    const learned_t learned = {.status = LEARN_FOUND,
+                               .filter = choice.filter,
+                               .averages = choice.averages,
+                               .length = choice.length};
+    if ((choice.averages > 0U) || (choice.model.order > 0U)) {
+        learn_option(&learned, text);
+    }
+    return (int)((choice.averages > 0U) ? of_averages : (2U * choice.model.order));
 }

@@ -50,10 +50,13 @@ def checked_value(effect: Effect, parameter: Parameter, value: Any, where: str) 
             )
         found: float | str = value
         return found
-    if parameter.text:
-        if not isinstance(value, str) or not value or not set(value).isdisjoint(",\n\r"):
-            raise BadInput(f"{where}: {parameter.name} must be the {parameter.unit}, in quotes")
-        return value
+    if parameter.form:
+        try:
+            if isinstance(value, str) and value and parameter.form(value):
+                return value
+        except BadInput as why:
+            raise BadInput(f"{where}: {why}") from None
+        raise BadInput(f"{where}: {parameter.name} must be the {parameter.unit}, in quotes")
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise BadInput(f"{where}: {parameter.name} must be a number")
     if not abs(value) < HUGE:

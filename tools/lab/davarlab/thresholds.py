@@ -253,6 +253,18 @@ class Search:
         "choice (DESIGN 4)",
         "from which the scatter of the products themselves is measured",
     )
+    filter_rounds: int = of(
+        4,
+        "rounds",
+        "choice",
+        "of a filter of any shape and what is beside it, each after the other",
+    )
+    line_sigmas: float = of(
+        5.0, "standard errors", "as davar-sim", "above a filter of any shape and line_excess"
+    )
+    line_excess: float = of(
+        1.5, "times", "choice", "what a filter of any shape leaves, from which a bin is a line"
+    )
     crude_gain: float = of(
         6.0,
         "log-likelihood",
@@ -275,6 +287,7 @@ class Tries:
             "telegraph_noise": 3.7,
             "low_pass": 1.0,
             "moving_average": 1.0,
+            "filter": 1.0,
             "high_pass": 3.0,
             "warm_up": 2.1,
             "rate_ramp": 0.83,

@@ -7,12 +7,13 @@ import numpy as np
 
 from ..arrays import Floats
 from ..inference import refine
-from ..inference.parts import Bench, Part
+from ..inference.parts import Bench, Part, unit_spectrum
 from ..inference.whittle import Fit, generalised_least_squares
+from ..library import BINS_MOST, learned
 from ..thresholds import CHANCE, SEARCH
 from .candidate import Candidate, log_chance
 
-MEMORY = {"low_pass", "moving_average"}
+MEMORY = {"low_pass", "moving_average", "filter"}
 
 
 def worth(bench: Bench, parts: Sequence[Part]) -> float:
@@ -55,6 +56,73 @@ def candidate(bench: Bench, parts: Sequence[Part], fit: Fit, crude: Candidate) -
     part = responding(bench, [*parts, crude.part])[-1]
     gain = worth(bench, [*parts, part]) - fit.log_likelihood
     return Candidate(part.kind, part, gain, log_chance(part.kind, gain))
+
+
+def merged(bench: Bench, per_bin: Floats | float) -> Floats:
+    """Means over neighbouring bins, so that there are BINS_MOST at most."""
+    counts = bench.data.counts
+    starts = np.arange(0, len(counts), -(-len(counts) // BINS_MOST))
+    found: Floats = np.add.reduceat(counts * per_bin, starts) / np.add.reduceat(counts, starts)
+    return found
+
+
+def shape_of(bench: Bench, parts: Sequence[Part], filtered: Part | None) -> tuple[Part | None, int]:
+    """The filter of any shape that the spectrum shows behind these parts, and how many numbers it
+    has; `filtered`: the best so far. Bins with more than that are lines, which are not the
+    filter's."""
+    data = bench.data
+    fit = bench.fit([*parts, filtered] if filtered else parts)
+    energy = generalised_least_squares(data, bench.all_keys(parts), fit.level)[2]
+    power, counts = merged(bench, energy / data.counts), merged(bench, data.counts)
+    counts *= -(-len(data.counts) // BINS_MOST)
+    fixed = merged(bench, bench.fixed(parts))
+    front = None
+    if filtered:
+        front = merged(bench, (fit.level - bench.fixed(parts)) / bench.gain([filtered]))
+    f = merged(bench, data.f_bin)
+    angle = 2 * np.pi * f / data.rate_hz
+    used = np.ones(len(f), bool)
+    for _ in range(SEARCH.filter_rounds):
+        text, numbers = learned(
+            angle[used],
+            power[used],
+            counts[used] / 2,
+            float(fixed[-1]),
+            front[used] if front is not None else None,
+        )
+        if not text:
+            return None, 0
+        found = Part("filter", {"filter": text})
+        passed = unit_spectrum(found, f, data.rate_hz) * (1.0 if front is None else front)
+        level = np.median((power - fixed)[used] / passed[used])
+        most = SEARCH.line_excess * (level * passed + fixed)
+        lines = used & (power > most * (1 + SEARCH.line_sigmas * np.sqrt(2 / counts)))
+        if not lines.any():
+            break
+        used &= ~lines
+    return found, numbers
+
+
+def search(
+    bench: Bench, parts: Sequence[Part], fit: Fit, tried: Iterable[Candidate | None]
+) -> Candidate | None:
+    """A filter of any shape, in the place of one with a memory, where one of those gains."""
+    old = next((part for part in parts if part.kind in MEMORY), None)
+    near = [one for one in tried if one and one.kind in MEMORY and one.gain > SEARCH.crude_gain]
+    if not old and not near:
+        return None
+    others = [part for part in parts if part is not old]
+    part, best = None, -np.inf
+    for _ in range(SEARCH.filter_rounds):
+        trial, numbers = shape_of(bench, others, part)
+        if trial is None:
+            break
+        gain = bench.fit([*others, trial]).log_likelihood - fit.log_likelihood
+        gain -= 0.5 * np.log(bench.data.samples) * numbers
+        if not gain > best + 1:
+            break
+        part, best = trial, gain
+    return Candidate("filter", part, best, log_chance("filter", best), old) if part else None
 
 
 def terms_per_bin(bench: Bench, parts: Sequence[Part]) -> Floats:

@@ -466,6 +466,8 @@ def ranked(
         elif effect.kind == drifting.KIND:
             band = next((one for one in tried if one and one.kind == "narrow_band"), None)
             tried.append(drifting.search(bench, parts, fit, band))
+        elif effect.kind == "filter":
+            tried.append(filters.search(bench, parts, fit, tried))
         elif effect.kind in SEARCHES:
             one = SEARCHES[effect.kind](bench, parts, fit)
             tried.append(Candidate(effect.kind, *one) if one else None)

@@ -37,7 +37,7 @@ def start_value(effect: Effect, parameter: Parameter, rate_hz: float) -> float |
     of its grid for a one-hour recording, its first word, or 0.001."""
     if parameter.default is not None:
         return parameter.default
-    if parameter.text:
+    if parameter.form:
         return ""
     time = np.broadcast_to(0.0, int(3600 * rate_hz))  # only its length counts; it takes no memory
     hour = recordings.Recording({"time_s": time}, rate_hz)
@@ -56,7 +56,7 @@ def run_add(options: argparse.Namespace) -> int:
     named = {
         p.name: {str(value): value for value in p.values}
         for p in effect.parameters
-        if p.values or p.text
+        if p.values or p.form
     }
     for pair in options.parameters:
         name, equals, value = pair.partition("=")

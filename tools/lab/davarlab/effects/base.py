@@ -26,12 +26,18 @@ def needed(function: Function | None) -> Function:
     return function
 
 
+def one_name(text: str) -> bool:
+    """It can be the name of a column."""
+    return set(text).isdisjoint(",\n\r")
+
+
 @dataclass(frozen=True)
 class Parameter:
     """`scale` turns the unit of the model file into deg/s and seconds. `values`: the words that it
-    may be, for one that is no number; `text`: any word, the name of a column; `default`: what it is
-    where a model file does not say; `optional`: where it is at the default it stays there, until
-    diagnose finds that the effect is missing with it."""
+    may be, for one that is no number; `form`: of a text, whether it is a good one; it may raise
+    BadInput to say more; `default`: what it is where a model file does not say; `optional`: where
+    it is at the default it stays there, until diagnose finds that the effect is missing with
+    it."""
 
     name: str
     unit: str
@@ -40,7 +46,7 @@ class Parameter:
     scale: float = 1.0
     values: tuple[str | int, ...] = ()
     default: float | str | None = None
-    text: bool = False
+    form: Callable[[str], bool] | None = None
     optional: bool = False
     whole: bool = False  # a number of things
     searched: bool = False  # found by a search of its own: a fit never moves it

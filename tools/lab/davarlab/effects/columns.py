@@ -10,7 +10,7 @@ from ..arrays import Floats
 from ..data import signals
 from ..data.recording import Recording
 from . import limits
-from .base import INFINITE, Effect, Parameter, Values
+from .base import INFINITE, Effect, Parameter, Values, one_name
 
 ANY = (-INFINITE, INFINITE)
 SOUGHT_TOGETHER = (
@@ -235,7 +235,7 @@ FOLLOWS = Effect(
     "The bias follows another logged column: a supply, a neighbouring axis or a current.",
     (
         Parameter("coefficient", "deg/s per unit of the column", *ANY),
-        Parameter("column", "name of a column", *ANY, text=True),
+        Parameter("column", "name of a column", *ANY, form=one_name),
         LAG,
     ),
     "Change that quantity alone, up and down twice. The bias must follow both times.",

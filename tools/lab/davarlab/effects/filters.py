@@ -5,10 +5,11 @@ import numpy as np
 
 from ..arrays import Floats
 from ..data.recording import Recording
+from ..library import Filter, filter_of
 from .base import INFINITE, Effect, Parameter, Values
 from .spectra import angular
 
-RESPONSES = ("sampled", "bilinear", "analogue")
+RESPONSES = ("sampled", "bilinear")
 NEARLY = 0.05  # samples by which the length of an average may miss a whole number
 IMAGES = 8  # on each side; of order 2 they fall with the fourth power
 
@@ -32,15 +33,11 @@ def folded(f: Floats, rate_hz: float, cutoff_hz: float, order: int) -> Floats:
 def low_pass(f: Floats, rate_hz: float, shape: Values) -> Floats:
     """Power gain of a Butterworth low pass of order 1 or 2, 1 at low frequencies, in the response
     that the shape names: "sampled", as of an analogue filter that is sampled (of order 1: or of
-    exponential smoothing); "bilinear", the digital filter of that name; "analogue", 1 / (1 + (f /
-    fc)^(2 order)), as of a filter at a much higher rate whose images are kept out."""
+    exponential smoothing); "bilinear", the digital filter of that name."""
     order, response = int(shape.get("order", 1)), shape.get("response", RESPONSES[0])
-    if response == "analogue":
-        found: Floats = 1 / (1 + (f / shape["cutoff_hz"]) ** (2 * order))
-        return found
     if response == "bilinear":
         edge = min(shape["cutoff_hz"] / rate_hz, 0.499)
-        found = 1 / (
+        found: Floats = 1 / (
             1
             + (np.tan(np.minimum(np.pi * f / rate_hz, 0.4999 * np.pi)) / np.tan(np.pi * edge))
             ** (2 * order)
@@ -62,6 +59,27 @@ def moving_average(f: Floats, rate_hz: float, shape: Values) -> Floats:
     )
     found: Floats = np.abs(start + (samples - whole) * turn**whole) ** 2 / samples**2
     return found
+
+
+def power_gain(found: Filter, f: Floats, rate_hz: float) -> Floats:
+    """Of coefficients and moving averages, 1 at frequency 0."""
+    turn = np.exp(-1j * angular(f, rate_hz))
+    b, a = np.trim_zeros(found.b, "b"), np.trim_zeros(found.a, "b")
+    above = np.abs(np.polyval(b[::-1], turn) / np.sum(b)) ** 2 if len(b) else 1.0
+    under = np.abs(np.polyval(a[::-1], turn) / np.sum(a)) ** 2 if len(a) else 1.0
+    mean = moving_average(f, rate_hz, {"samples": float(max(found.length, 1))})
+    gain: Floats = above / under * mean**found.averages
+    return gain
+
+
+def any_filter(f: Floats, rate_hz: float, shape: Values) -> Floats:
+    """Power gain of a filter as the programs read it after --bandwidth."""
+    return power_gain(filter_of(shape["filter"], rate_hz), f, rate_hz)
+
+
+def is_filter(text: str) -> bool:
+    filter_of(text, 0.0)
+    return True
 
 
 def leaked(f: Floats, rate_hz: float, shape: Values) -> Floats:
@@ -141,6 +159,23 @@ MOVING_AVERAGE = Effect(
     "slope between 0 and -1/2 below the length of the mean",
     moving_average,
     grid={"samples": lengths},
+)
+FILTER = Effect(
+    "filter",
+    "The sensor or its software has a digital filter. It attenuates every effect before it.",
+    (
+        Parameter(
+            "filter",
+            "filter as --bandwidth of davar-sim has it, ba:B0,B1,..:A1,A2,.. for example",
+            -INFINITE,
+            INFINITE,
+            form=is_filter,
+        ),
+    ),
+    "Change the filter of the sensor or of its driver. The spectrum must change its shape.",
+    "filter",
+    "slope between 0 and -1/2 below the memory of the filter",
+    any_filter,
 )
 HIGH_PASS = Effect(
     "high_pass",

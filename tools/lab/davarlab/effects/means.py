@@ -10,7 +10,7 @@ from ..data import signals
 from ..data.recording import Recording
 from ..errors import BadInput
 from . import limits
-from .base import INFINITE, Effect, Parameter, Values
+from .base import INFINITE, Effect, Parameter, Values, one_name
 
 ANY = (-INFINITE, INFINITE)
 TURNING = ("sinusoid", "intermittent_line", "drifting_line")  # with a sine and a cosine
@@ -151,7 +151,7 @@ DRIFTING_LINE = Effect(
             "frequencies in Hz at even times from the first sample to the last, separated by "
             "spaces",
             *ANY,
-            text=True,
+            form=one_name,
             searched=True,
         ),
     ),

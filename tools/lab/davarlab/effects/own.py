@@ -220,7 +220,7 @@ def check_form(effect: Effect, where: str) -> None:
         )
     for one in parameters:
         if (
-            not (one.values or one.text or bounded(one))
+            not (one.values or one.form or bounded(one))
             or not str(one.name).isidentifier()
             or one.name == "kind"
         ):

@@ -2,43 +2,15 @@
 (DESIGN 8)."""
 
 import ctypes
-import os
 from collections.abc import Callable, Sequence
 from functools import cache
 
 import numpy as np
 
-from .. import places
 from ..arrays import Bools, Floats
 from ..errors import BadInput
+from ..library import library
 from ..thresholds import JUDGE
-
-
-@cache
-def library() -> ctypes.CDLL:
-    """The shared library that tools/davarlab builds, or pip installed."""
-    path = os.environ.get(
-        "DAVAR_LAB_LIBRARY", str(places.shared("build/tools/tools/lab/libdavar_lab.so"))
-    )
-    try:
-        found = ctypes.CDLL(path)
-    except OSError as why:
-        raise BadInput(f"{path}: cannot load the library ({why}); run tools/davarlab") from None
-    pointer = ctypes.POINTER
-    found.davar_lab_windows.argtypes = [
-        pointer(ctypes.c_float),
-        ctypes.c_size_t,
-        ctypes.c_double,
-        ctypes.c_uint32,
-        ctypes.c_uint32,
-        pointer(ctypes.c_uint32),
-        ctypes.c_uint8,
-        pointer(ctypes.c_double),
-        ctypes.c_size_t,
-    ]
-    found.davar_lab_edf.argtypes = [ctypes.c_int, ctypes.c_uint32, ctypes.c_uint32]
-    found.davar_lab_edf.restype = ctypes.c_double
-    return found
 
 
 def octaves(window: int) -> list[int]:

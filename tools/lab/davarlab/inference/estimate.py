@@ -12,6 +12,7 @@ from ..arrays import Floats
 from ..data.events import Shocks
 from ..data.recording import Recording
 from ..distributions import chi2_ppf
+from ..library import filter_of
 from ..thresholds import CHANCE, FIT
 from . import changes, modulation
 from .changes import Blocks
@@ -116,12 +117,19 @@ def standard_errors(
     inverse = linalg.pinvh(matrix * np.outer(scale, scale), rtol=1e-8) * np.outer(scale, scale)
     errors = np.sqrt(np.maximum(np.diag(inverse), 0))
     sizes = np.full(len(fit.sizes), np.inf)
-    sizes[live] = errors[: len(live)]
+    sizes[live] = np.hypot(errors[: len(live)], 2 * filter_level(bench, parts))  # of powers
     return (
         sizes,
         dict(zip(places, errors[len(live) : len(live) + len(places)])),
         errors[len(live) + len(places) :],
     )
+
+
+def filter_level(bench: Bench, parts: Sequence[Part]) -> float:
+    """Relative standard error of the angle random walk in front of filters that were learned."""
+    texts = [part.shape["filter"] for part in parts if part.kind == "filter"]
+    levels = [filter_of(text, bench.data.rate_hz).level for text in texts]
+    return float(np.linalg.norm(levels))
 
 
 def shape_step(bench: Bench, part: Part) -> float:

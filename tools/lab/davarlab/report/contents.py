@@ -127,7 +127,7 @@ def parameter_rows(model: Model, given: Model, estimates: Sequence[Estimates]) -
                     "first": index == 0,
                     "name": said.name,
                     "key": f"fitted.{place}.parameters.{said.name}",
-                    "unit": "" if parameter.values or parameter.text else said.unit,
+                    "unit": "" if parameter.values or parameter.form else said.unit,
                     "given": given_value,
                     "fitted": fitted,
                     "new": term.kind not in before,

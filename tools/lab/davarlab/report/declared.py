@@ -1,13 +1,14 @@
 """The filter of a fitted model as the device declares it: davar_filter_t in C, and --bandwidth.
 
-The export knows one low-pass of order 1 or 2, sampled with its images or bilinear, then equal
-moving averages; the device knows any coefficients (lib/include/davar/filter.h). The file lists the
-cluster sizes at which white noise after that filter has the Allan deviation of everything in the
-model but its drifts, and the options with which davar-sim reads the same recording (DESIGN 11)."""
+The export knows one low-pass of order 1 or 2, sampled with its images or bilinear, then filters as
+--bandwidth has them, then equal moving averages. The file lists the cluster sizes at which white
+noise after that filter has the Allan deviation of everything in the model but its drifts, and the
+options with which davar-sim reads the same recording (DESIGN 11)."""
 
 import math
 import textwrap
-from dataclasses import dataclass
+from ctypes import c_double
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from ..errors import BadInput
 from ..inference import allan
 from ..inference.estimate import Entry
 from ..inference.parts import part_of, spectrum_of
+from ..library import Filter, filter_of
 from ..model import Model, Term
 from ..thresholds import CHANCE
 from .export import noise_variance
@@ -40,7 +42,7 @@ RATES_DIFFER = 0.01  # relative, of the median step from the mean one, from whic
 CUTOFF_STEP = 0.01  # relative, of a difference quotient
 GRID_ACCURACY = 1e-3  # of an Allan deviation on the grid of frequencies
 WIDTH = 95  # of a line of the comment
-ACCEPTED = ("low_pass", "moving_average")
+ACCEPTED = ("low_pass", "moving_average", "filter")
 LINES = ("sinusoid", "narrow_band")
 # Parameter of the time, and the hump of the Allan deviation over it.
 FLUCTUATIONS = {
@@ -51,18 +53,18 @@ FLUCTUATIONS = {
 
 @dataclass
 class Declared:
-    """hz, order, response: of the low-pass; 0: none. percent: one standard error of hz. window: of
-    the device, in samples. sizes: the cluster sizes that it can use, of `octaves`. lsb: one count
-    of the recording, deg/s; 0: unknown. states_rate: davar-sim would read another rate. lost:
-    samples are missing, which davar-sim with --rate does not look for without --gap."""
+    """hz, order, response: of the low-pass; 0: none. percent: one standard error of hz. others:
+    what follows it, as --bandwidth has it. window: of the device, in samples. sizes: the cluster
+    sizes that it can use, of `octaves`. lsb: one count of the recording, deg/s; 0: unknown.
+    states_rate: davar-sim would read another rate. lost: samples are missing, which davar-sim with
+    --rate does not look for without --gap."""
 
     rate_hz: float
     hz: float = 0.0
     order: int = 0
     response: str = "sampled"
     percent: float = 0.0
-    averages: int = 0
-    length: int = 1
+    others: tuple[str, ...] = ()
     window: int = WINDOW
     sizes: tuple[int, ...] = ()
     octaves: tuple[int, ...] = ()
@@ -76,18 +78,15 @@ class Declared:
         low = f"{self.hz:.6g}:{self.order}:{self.percent:.3g}" if self.order else ""
         if self.order and self.response == "bilinear":
             # ba: states an uncertainty of ARW. That of hz changes ARW by as much at most.
-            b, a = self.bilinear
+            edge = math.tan(math.pi * self.hz / self.rate_hz)
+            b, a = edge / (1 + edge), (edge - 1) / (edge + 1)
             low = f"ba:{b:.9g},{b:.9g}:{a:.9g}:{self.percent:.3g}"
             low = f"biquad:{self.hz:.6g}:{self.percent:.3g}" if self.order == 2 else low
-        count = "" if self.averages == 1 else str(self.averages)
-        mean = f"average{count}:{self.length}" if self.averages else ""
-        return "+".join(filter(None, (low, mean))) or "none"
+        return "+".join(filter(None, (low, *self.others))) or "none"
 
     @property
-    def bilinear(self) -> tuple[float, float]:
-        """(b0 = b1, a1) of order 1."""
-        edge = math.tan(math.pi * self.hz / self.rate_hz)
-        return edge / (1 + edge), (edge - 1) / (edge + 1)
+    def filter(self) -> Filter:
+        return filter_of(self.bandwidth, self.rate_hz)
 
     @property
     def options(self) -> list[str]:
@@ -105,10 +104,8 @@ class Declared:
 
     @property
     def terms(self) -> list[Term]:
-        low = {"cutoff_hz": self.hz, "order": float(self.order), "response": self.response}
-        return [Term("low_pass", low)] * bool(self.order) + [
-            Term("moving_average", {"samples": float(self.length)})
-        ] * self.averages
+        known = self.bandwidth != "none"
+        return [Term("filter", {"filter": self.bandwidth})] * known
 
 
 def percent_of(entry: Entry | None, where: str) -> float:
@@ -133,14 +130,14 @@ def filtered(model: Model) -> list[Term]:
     return [term for term in model.terms if part_of(term).effect.role == "filter"]
 
 
-def structure(model: Model, where: str) -> tuple[Term | None, list[Term]]:
-    """(low-pass, moving averages) of a model; raises BadInput where the device has no such
-    filter."""
+def structure(model: Model, where: str) -> tuple[Term | None, list[str]]:
+    """(low-pass, the other filters as --bandwidth has them) of a model; raises BadInput where the
+    device has no such filter."""
     filters = filtered(model)
     other = next((term.kind for term in filters if term.kind not in ACCEPTED), None)
     if other:
         raise BadInput(
-            f"{where}: {other}: the device knows low_pass and moving_average only. "
+            f"{where}: {other}: the device knows {', '.join(ACCEPTED)} only. "
             f"{table.find(other).confirm}"
         )
     low = [term for term in filters if term.kind == "low_pass"]
@@ -149,8 +146,26 @@ def structure(model: Model, where: str) -> tuple[Term | None, list[Term]]:
             f"{where}: two low_pass: the device knows one, of order 1 or 2. Fit a model with one "
             "of order 2, and check it with compare"
         )
+    others = [str(term.parameters["filter"]) for term in filters if term.kind == "filter"]
     means = [term for term in filters if term.kind == "moving_average"]
-    return (low[0] if low else None), means
+    return (low[0] if low else None), [*others, *averages(means, where)]
+
+
+def averages(means: list[Term], where: str) -> list[str]:
+    lengths = {round(float(term.parameters["samples"])) for term in means}
+    if len(lengths) > 1:
+        raise BadInput(
+            f"{where}: moving_average: {len(lengths)} lengths; the device knows one. Fit a model "
+            "with one length, and check it with compare"
+        )
+    length = next(iter(lengths), 1)
+    if len(means) > AVERAGES_MOST or len(means) * length > SPAN_MOST:
+        raise BadInput(
+            f"{where}: moving_average: {len(means)} of {length} samples; the device knows up to "
+            f"{AVERAGES_MOST}, together up to {SPAN_MOST} samples. Average blocks of samples first"
+        )
+    count = "" if len(means) == 1 else str(len(means))
+    return [f"average{count}:{length}"] if length > 1 else []
 
 
 # What the device reads ----------------------------------------------------------------------------
@@ -251,25 +266,23 @@ def white_of(model: Model) -> Term | None:
     )
 
 
-def doubt_of(found: Declared, device: Model, sizes: list[int]) -> Floats:
-    """Relative standard error of the Allan deviations of the device by that of its cutoff."""
-    if not found.percent:
-        return np.zeros(len(sizes))
-    above, below = (
-        np.sqrt(noise_variance(with_cutoff(device, found.hz * step), sizes, found.rate_hz))
-        for step in (1 + CUTOFF_STEP, 1 - CUTOFF_STEP)
-    )
-    doubt: Floats = found.percent / 100 * (above - below) / (above + below) / CUTOFF_STEP
-    return doubt
+def doubt_of(found: Declared, white: Term, sizes: list[int]) -> Floats:
+    """Relative covariance of the Allan deviations of the device by the doubt about its cutoff, and
+    about the angle random walk after a filter that was learned."""
+    doubt = np.zeros(len(sizes))
+    if found.filter.uncertainty:
+        above, below = (
+            deviations(found.rate_hz, [white, *replace(found, hz=found.hz * step).terms], sizes)
+            for step in (1 + CUTOFF_STEP, 1 - CUTOFF_STEP)
+        )
+        doubt = found.percent / 100 * (above - below) / (above + below) / CUTOFF_STEP
+    covariance: Floats = np.outer(doubt, doubt) + found.filter.level**2
+    return covariance
 
 
-def with_cutoff(model: Model, hz: float) -> Model:
-    """With another cutoff of its low-pass."""
-    terms = [
-        Term(term.kind, {**term.parameters, "cutoff_hz": hz}) if term.kind == "low_pass" else term
-        for term in model.terms
-    ]
-    return Model(model.rate_hz, model.column, terms)
+def deviations(rate_hz: float, terms: list[Term], sizes: list[int]) -> Floats:
+    found: Floats = np.sqrt(noise_variance(Model(rate_hz, "", terms), sizes, rate_hz))
+    return found
 
 
 def reading(model: Model, white: Term, found: Declared, window: int) -> Reading:
@@ -280,7 +293,7 @@ def reading(model: Model, white: Term, found: Declared, window: int) -> Reading:
     extra = [term for _, term in steady(model, sizes[-1] / rate_hz if sizes else 0.0)]
     angle = [term for term in model.terms if term.kind == "quantization"]
     device, passing, own = (
-        np.sqrt(noise_variance(Model(rate_hz, model.column, [white, *terms]), sizes, rate_hz))
+        deviations(rate_hz, [white, *terms], sizes)
         # Without a filter, the device estimates the quantization of the angle itself.
         for terms in (
             known or angle,
@@ -289,8 +302,7 @@ def reading(model: Model, white: Term, found: Declared, window: int) -> Reading:
         )
     )
     passed = Model(rate_hz, model.column, [white, *known])
-    doubt = doubt_of(found, passed, sizes)
-    covariance = covariance_of(passed, rate_hz, sizes, window) + np.outer(doubt, doubt)
+    covariance = covariance_of(passed, rate_hz, sizes, window) + doubt_of(found, white, sizes)
     return Reading(sizes, own / device - 1, passing / device - 1, covariance)
 
 
@@ -409,8 +421,8 @@ def of(
         raise BadInput(f"{where}: the model has no rate_hz")
     if recording and model.column not in recording.gyros:
         raise BadInput(f"{where}: {model.column} is not the column of a gyro, as --to plan needs")
-    low, means = structure(model, where)
-    found = Declared(model.rate_hz, window=window)
+    low, others = structure(model, where)
+    found = Declared(model.rate_hz, others=tuple(others), window=window)
     if recording:
         found.lsb = count_of(recording, model.column)
         found.states_rate = states_rate(recording)
@@ -430,20 +442,10 @@ def of(
         found.hz = float(f"{low.parameters['cutoff_hz']:.6g}")
         found.order = int(low.parameters.get("order", 1))
         found.percent = percent_of(entry, where)
-    lengths = {round(float(term.parameters["samples"])) for term in means}
-    if len(lengths) > 1:
-        raise BadInput(
-            f"{where}: moving_average: {len(lengths)} lengths; the device knows one. Fit a model "
-            "with one length, and check it with compare"
-        )
-    length = next(iter(lengths), 1)
-    if len(means) > AVERAGES_MOST or len(means) * length > SPAN_MOST:
-        raise BadInput(
-            f"{where}: moving_average: {len(means)} of {length} samples; the device knows up to "
-            f"{AVERAGES_MOST}, together up to {SPAN_MOST} samples. Average blocks of samples first"
-        )
-    if length > 1:
-        found.averages, found.length = len(means), length
+    try:
+        _ = found.filter
+    except BadInput as why:
+        raise BadInput(f"{where}: {why}") from None
     return with_sizes(found, model, where)
 
 
@@ -461,8 +463,8 @@ def notes(found: Declared, model: Model, where: str, recording: str | None) -> l
             f"standard error of {found.percent:g} % is {doubt}. Another unit of this gyro may "
             "differ by more."
         ]
-    if found.averages:
-        said += [f"Moving averages: {found.averages}, each of {found.length} samples."]
+    if found.others:
+        said += [f"Behind the noise: {'+'.join(found.others)}."]
     if found.bandwidth == "none":
         said += ["No filter: the noise is white from the smallest cluster size listed here on."]
     missing = [m for m in found.octaves if m not in found.sizes]
@@ -485,23 +487,19 @@ def notes(found: Declared, model: Model, where: str, recording: str | None) -> l
     return said + [default] * bool(default)
 
 
-def calls(found: Declared) -> list[str]:
-    """The calls that fill davar_filter_t, as davar-sim does from `bandwidth`."""
-    share = f"{found.hz!r} / {found.rate_hz!r}"
-    percent = f"0.01 * {found.percent!r}"
-    low = [f"davar_filter_low_pass(&filter, {share}, {found.order}, {percent});"]
-    if found.response == "bilinear" and found.order == 2:
-        low = [f"davar_filter_biquad(&filter, {share});", f"filter.uncertainty = {percent};"]
-    elif found.response == "bilinear":
-        b, a = found.bilinear
-        low = [
-            f"static const double b[2] = {{{b:.9g}, {b:.9g}}};",
-            f"static const double a[2] = {{1.0, {a:.9g}}};",
-            "davar_filter_ba(&filter, b, 2, a, 2);",
-            f"filter.level = {percent};",
-        ]
-    mean = [f"davar_filter_average(&filter, {found.averages}, {found.length});"]
-    return low * bool(found.order) + mean * bool(found.averages)
+def fields(found: Filter) -> list[str]:
+    """Those of davar_filter_t that are not 0, in lines."""
+    lines = []
+    for name, of_c in Filter._fields_:
+        value = getattr(found, name)
+        if not isinstance(value, (int, float)):
+            numbers = np.trim_zeros(list(value), "b")
+            value = f"{{{', '.join(f'{one:.17g}' for one in numbers)}}}" if len(numbers) else ""
+        elif of_c is c_double:
+            value = f"{value:.17g}" if value else ""
+        if value:
+            lines += textwrap.wrap(f".{name} = {value},", WIDTH - 8, subsequent_indent="    ")
+    return lines or [".b = {0.0},"]
 
 
 def command(text: str) -> list[str]:
@@ -546,9 +544,9 @@ def text(found: Declared, notes: list[str]) -> str:
         "",
         "static inline davar_filter_t davar_gyro_filter(void)",
         "{",
-        "    davar_filter_t filter = {.b = {0.0}};",
-        *(f"    {call}" for call in calls(found)),
-        "    return filter;",
+        f"    return (davar_filter_t){{ /* {found.bandwidth.replace('*/', '')} */",
+        *(f"        {line}" for line in fields(found.filter)),
+        "    };",
         "}",
         "",
         f"#define DAVAR_GYRO_TAU_COUNT {len(found.sizes)}",
@@ -569,8 +567,6 @@ def plain(found: Declared) -> dict[str, Any]:
         "cutoff_hz": found.hz or None,
         "cutoff_percent": found.percent if found.order else None,
         "order": found.order,
-        "averages": found.averages,
-        "length": found.length if found.averages else None,
         "rate_hz": found.rate_hz,
         "window": found.window,
         "lsb_dps": found.lsb or None,

@@ -20,6 +20,7 @@ PLAIN_DIGITS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 NAMES = {
     "gauss_markov": "Gauss-Markov noise",
     "low_pass": "low pass of the sensor",
+    "filter": "filter of the sensor",
     "g_sensitivity": "g-sensitivity",
     "warm_up": "warm-up",
 }

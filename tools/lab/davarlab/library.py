@@ -1,0 +1,100 @@
+"""The library of the device, as tools/davarlab builds it or pip installed it."""
+
+import ctypes
+import os
+from functools import cache
+
+import numpy as np
+
+from . import places
+from .arrays import Floats
+from .errors import BadInput
+
+ZEROS, POLES = 32, 9  # coefficients of a filter
+BINS_MOST, TEXT_BYTES = 512, 512  # of learned()
+
+
+class Filter(ctypes.Structure):
+    """davar_filter_t of davar/filter.h."""
+
+    _fields_ = (
+        ("b", ctypes.c_double * ZEROS),
+        ("a", ctypes.c_double * POLES),
+        ("uncertainty", ctypes.c_double),
+        ("level", ctypes.c_double),
+        ("count_variance", ctypes.c_double),
+        ("count_step", ctypes.c_double),
+        ("length", ctypes.c_uint16),
+        ("summed", ctypes.c_uint16),
+        ("averages", ctypes.c_uint8),
+    )
+
+
+@cache
+def library() -> ctypes.CDLL:
+    path = os.environ.get(
+        "DAVAR_LAB_LIBRARY", str(places.shared("build/tools/tools/lab/libdavar_lab.so"))
+    )
+    try:
+        found = ctypes.CDLL(path)
+    except OSError as why:
+        raise BadInput(f"{path}: cannot load the library ({why}); run tools/davarlab") from None
+    pointer = ctypes.POINTER
+    doubles = pointer(ctypes.c_double)
+    found.davar_lab_windows.argtypes = [
+        pointer(ctypes.c_float),
+        ctypes.c_size_t,
+        ctypes.c_double,
+        ctypes.c_uint32,
+        ctypes.c_uint32,
+        pointer(ctypes.c_uint32),
+        ctypes.c_uint8,
+        doubles,
+        ctypes.c_size_t,
+    ]
+    found.davar_lab_edf.argtypes = [ctypes.c_int, ctypes.c_uint32, ctypes.c_uint32]
+    found.davar_lab_edf.restype = ctypes.c_double
+    found.davar_lab_filter.argtypes = [
+        ctypes.c_char_p,
+        ctypes.c_double,
+        pointer(Filter),
+    ]
+    found.davar_lab_filter.restype = ctypes.c_char_p
+    found.davar_lab_learn.argtypes = [
+        doubles,
+        ctypes.c_size_t,
+        ctypes.c_double,
+        ctypes.c_int,
+        ctypes.c_char_p,
+    ]
+    return found
+
+
+def _doubles(values: Floats) -> "ctypes._Pointer[ctypes.c_double]":
+    return values.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
+
+
+@cache
+def filter_of(text: str, rate_hz: float) -> Filter:
+    """A value of --bandwidth; rate_hz 0 only checks its form. Raises BadInput."""
+    found = Filter()
+    expected = library().davar_lab_filter(text.encode(), rate_hz, found)
+    if expected:
+        raise BadInput(f"filter: {expected.decode()} expected, found {text}")
+    return found
+
+
+def learned(
+    angle: Floats, power: Floats, weight: Floats, rounding: float, front: Floats | None
+) -> tuple[str, int]:
+    """The filter of any shape that a spectrum shows, as filter_of() reads it, and how many numbers
+    it has; "": none. Of each bin (up to BINS_MOST) the angle in a sample, the power, the ordinates
+    in it that vary as exponentials, and the power in front of the filter up to a factor; None:
+    white noise, with any flicker and walk. rounding: power behind the filter."""
+    known = np.ones_like(angle) if front is None else front
+    bins = np.ascontiguousarray(np.column_stack([angle, power, weight, known]), float)
+    text = ctypes.create_string_buffer(TEXT_BYTES)
+    numbers = library().davar_lab_learn(
+        _doubles(bins), len(bins), rounding, front is not None, text
+    )
+    return text.value.decode(), numbers
