@@ -177,7 +177,7 @@ static double criterion(const arma_data_t *bins, const arma_t *model)
     for (size_t i = 0U; i < bins->count; i++) {
         independent += bins->bin[i].weight;
     }
-    return model->loss + 0.5 * (1.0 + 2.0 * model->order) * log(independent);
+    return model->loss + 0.5 * (1.0 + 2.0 * model->order) * log(fmax(independent, 1.0));
 }
 
 typedef struct {

@@ -142,7 +142,7 @@ def test_a_file_is_read_as_it_was_written():
     for kind in table.TABLE:
         effect = table.find(kind)
         values = {
-            p.name: p.values[0] if p.values else words[p.name] if p.text else max(p.low, 0.25)
+            p.name: p.values[0] if p.values else words[p.name] if p.form else max(p.low, 0.25)
             for p in effect.parameters
             if p.whole is False
         } | {p.name: 3.0 for p in effect.parameters if p.whole}

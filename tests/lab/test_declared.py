@@ -23,7 +23,7 @@ WHITE = (
     f"coefficient_deg_per_sqrt_h = {ARW}\n"
 )
 LOW = '[[effect]]\nkind = "low_pass"\ncutoff_hz = {}\nresponse = "{}"\norder = {}\n'
-ANY = '[[effect]]\nkind = "filter"\nfilter = "{}"\n'
+ANY = '[[effect]]\nkind = "low_pass"\ncutoff_hz = 9\nresponse = "{}"\n'
 MEAN = '[[effect]]\nkind = "moving_average"\nsamples = {}\n'
 FIRMWARE = """
 #include "davar/davar.h"
@@ -351,15 +351,15 @@ def test_a_filter_that_the_device_does_not_know_is_rejected(lab):
     high = '[[effect]]\nkind = "high_pass"\ncorner_period_s = 100\n'
     for model, why in (
         (WHITE + low + low, "two low_pass: the device knows one"),
-        (WHITE + low + high, "high_pass: the device knows low_pass, moving_average, filter only"),
+        (WHITE + low + high, "high_pass: the device knows low_pass and moving_average only"),
         (WHITE + MEAN.format(2) + MEAN.format(4), "2 lengths; the device knows one"),
         (WHITE + MEAN.format(2) * 9, "9 of 2 samples; the device knows up to 8"),
         (WHITE + MEAN.format(1025), "1 of 1025 samples; the device knows up to 8, together"),
         (WHITE + LOW.format(0.1, "sampled", 2), "cutoff_hz is 0.001 of the sample rate"),
         (WHITE + LOW.format(900, "sampled", 2), "cutoff_hz is 9 of the sample rate"),
         (WHITE + behind, "noise_behind_dps"),
-        (WHITE + ANY.format("biquad:60"), "filter: "),
-        (WHITE + ANY.format("biquad:20:x"), "filter: "),
+        (WHITE + ANY.format("biquad:60"), "found biquad:60"),
+        (WHITE + ANY.format("biquad:20:x"), "response: "),
         (WHITE.replace(f"{ARW}\n", "0\n") + low, "no angle_random_walk"),
         (WHITE.replace("rate_hz = 100.0\n", "") + low, "no rate_hz"),
     ):

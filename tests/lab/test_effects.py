@@ -120,7 +120,7 @@ def test_filters_and_shapes_of_spectra_are_those_of_their_definitions():
             for order in (1, 2)
         ),
         *(
-            ("filter", {"filter": text}, of_scipy(b, a, f), 1e-6)
+            ("low_pass", {"cutoff_hz": 8.0, "response": text}, of_scipy(b, a, f), 1e-6)
             for text, b, a in (
                 ("biquad:8", *signal.butter(2, 8.0, fs=RATE)),
                 ("notch:12:3", [1, -2 * np.cos(w), 1], [1 + alpha, -2 * np.cos(w), 1 - alpha]),

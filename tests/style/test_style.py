@@ -71,7 +71,7 @@ SIM_ROOMS = (
     *("common", "setup", "options", "recording", "learning", "centred"),
     *("instances", "output", "replay"),
 )
-SHARED_ROOMS = {"common", "setup"}  # of host_sim, for davar-node and the planner
+SHARED_ROOMS = {"common", "setup", "learning"}  # of host_sim, for davar-node, planner and lab
 ROOMS = {
     "lib/src": {
         "number": set(),

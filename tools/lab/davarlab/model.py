@@ -43,19 +43,22 @@ class Model:
 
 
 def checked_value(effect: Effect, parameter: Parameter, value: Any, where: str) -> float | str:
-    if parameter.values:
-        if value not in parameter.values:
-            raise BadInput(
-                f"{where}: {parameter.name} must be one of {', '.join(map(str, parameter.values))}"
-            )
+    if parameter.values and value in parameter.values:
         found: float | str = value
         return found
-    if parameter.form:
+    if parameter.form and isinstance(value, str) and value:
         try:
-            if isinstance(value, str) and value and parameter.form(value):
+            if parameter.form(value):
                 return value
         except BadInput as why:
-            raise BadInput(f"{where}: {why}") from None
+            raise BadInput(f"{where}: {parameter.name}: {why}") from None
+    if parameter.values:
+        or_else = " or a filter as --bandwidth has it" if parameter.form else ""
+        raise BadInput(
+            f"{where}: {parameter.name} must be one of {', '.join(map(str, parameter.values))}"
+            f"{or_else}"
+        )
+    if parameter.form:
         raise BadInput(f"{where}: {parameter.name} must be the {parameter.unit}, in quotes")
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise BadInput(f"{where}: {parameter.name} must be a number")

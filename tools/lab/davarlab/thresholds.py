@@ -253,6 +253,12 @@ class Search:
         "choice (DESIGN 4)",
         "from which the scatter of the products themselves is measured",
     )
+    learned_least: float = of(
+        0.01,
+        "of the rate",
+        "measured (lib/src/fit/DESIGN.md)",
+        "cutoff of a filter of any shape, below which it is slow noise",
+    )
     filter_rounds: int = of(
         4,
         "rounds",
@@ -260,10 +266,17 @@ class Search:
         "of a filter of any shape and what is beside it, each after the other",
     )
     line_sigmas: float = of(
-        5.0, "standard errors", "as davar-sim", "above a filter of any shape and line_excess"
+        5.0, "standard errors", "DESIGN 2", "above a filter of any shape and line_excess"
     )
     line_excess: float = of(
         1.5, "times", "choice", "what a filter of any shape leaves, from which a bin is a line"
+    )
+    first_log_p: float = of(
+        -1e9,
+        "logarithm",
+        "choice (DESIGN 2)",
+        "of the chance of a filter of any shape beside which nothing in the spectrum is left: "
+        "before all others",
     )
     crude_gain: float = of(
         6.0,
@@ -287,7 +300,6 @@ class Tries:
             "telegraph_noise": 3.7,
             "low_pass": 1.0,
             "moving_average": 1.0,
-            "filter": 1.0,
             "high_pass": 3.0,
             "warm_up": 2.1,
             "rate_ramp": 0.83,

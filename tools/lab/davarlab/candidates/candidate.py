@@ -18,7 +18,7 @@ class Candidate:
     part: Part
     gain: float
     log_p: float
-    replaces: Part | None = None  # the part of the model in whose place it joins
+    replaces: tuple[Part, ...] = ()  # the parts of the model in whose place it joins
     doubt: str = ""  # why it is not what it seems, where the search for it found out
 
 

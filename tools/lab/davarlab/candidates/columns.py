@@ -216,7 +216,7 @@ def replacing(
     found = thermal(bench, rest, without, kind, shapes)
     if found:
         found.gain += without.log_likelihood - fit.log_likelihood
-        found.replaces = old
+        found.replaces = (old,)
     return found
 
 

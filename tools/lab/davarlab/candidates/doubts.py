@@ -8,7 +8,7 @@ from ..data import recording as recordings
 from ..data.observations import Observation
 from ..effects.base import INFINITE
 from ..inference import estimate, images
-from ..inference.parts import Bench, Part
+from ..inference.parts import Bench, Part, without
 from ..thresholds import CHANCE, DOUBT
 from . import common_cause, own_noise
 from .candidate import Candidate
@@ -22,7 +22,7 @@ def doubt(
 ) -> str:
     """The reason not to report the candidate in addition to the parts; "" without one. seen: the
     observations on the recording."""
-    part, rest = candidate.part, [one for one in parts if one is not candidate.replaces]
+    part, rest = candidate.part, without(parts, candidate.replaces)
     why = of_turns(bench, seen, rest, candidate) or of_motion(seen, part)
     why = (
         why

@@ -6,14 +6,16 @@ from dataclasses import replace
 import numpy as np
 
 from ..arrays import Floats
-from ..inference import refine
-from ..inference.parts import Bench, Part, unit_spectrum
+from ..effects.filters import power_gain
+from ..effects.library import BINS_MOST, filter_of, learned
+from ..inference import adequacy, refine
+from ..inference.parts import Bench, Part, unit_spectrum, without
 from ..inference.whittle import Fit, generalised_least_squares
-from ..library import BINS_MOST, learned
 from ..thresholds import CHANCE, SEARCH
 from .candidate import Candidate, log_chance
 
-MEMORY = {"low_pass", "moving_average", "filter"}
+MEMORY = {"low_pass", "moving_average"}
+IMITATE = {"low_pass", "moving_average", "narrow_band", "gauss_markov"}
 
 
 def worth(bench: Bench, parts: Sequence[Part]) -> float:
@@ -39,7 +41,7 @@ def responding(bench: Bench, parts: Sequence[Part]) -> list[Part]:
     now."""
     best = list(parts)
     for index, part in enumerate(parts):
-        if part.role == "filter":
+        if part.role == "filter" and not part.any_response:
             others = [replace(one, form=form) for one in unsaid(part) for form in part.effect.forms]
             trials = [
                 refine.refined(bench, [*best[:index], other, *best[index + 1 :]], only=(part.kind,))
@@ -67,7 +69,7 @@ def merged(bench: Bench, per_bin: Floats | float) -> Floats:
 
 
 def shape_of(bench: Bench, parts: Sequence[Part], filtered: Part | None) -> tuple[Part | None, int]:
-    """The filter of any shape that the spectrum shows behind these parts, and how many numbers it
+    """The low-pass of any shape that the spectrum shows behind these parts, and how many numbers it
     has; `filtered`: the best so far. Bins with more than that are lines, which are not the
     filter's."""
     data = bench.data
@@ -92,7 +94,7 @@ def shape_of(bench: Bench, parts: Sequence[Part], filtered: Part | None) -> tupl
         )
         if not text:
             return None, 0
-        found = Part("filter", {"filter": text})
+        found = low_pass_of(text, data.rate_hz)
         passed = unit_spectrum(found, f, data.rate_hz) * (1.0 if front is None else front)
         level = np.median((power - fixed)[used] / passed[used])
         most = SEARCH.line_excess * (level * passed + fixed)
@@ -103,26 +105,47 @@ def shape_of(bench: Bench, parts: Sequence[Part], filtered: Part | None) -> tupl
     return found, numbers
 
 
-def search(
-    bench: Bench, parts: Sequence[Part], fit: Fit, tried: Iterable[Candidate | None]
-) -> Candidate | None:
-    """A filter of any shape, in the place of one with a memory, where one of those gains."""
-    old = next((part for part in parts if part.kind in MEMORY), None)
-    near = [one for one in tried if one and one.kind in MEMORY and one.gain > SEARCH.crude_gain]
-    if not old and not near:
+def low_pass_of(text: str, rate_hz: float) -> Part:
+    """Of any response; its cutoff is where that is at -3 dB, or half the rate."""
+    f = np.linspace(0, rate_hz / 2, 2000)
+    below = np.flatnonzero(power_gain(filter_of(text, rate_hz), f, rate_hz) < 0.5)
+    cutoff_hz = float(f[below[0]] if len(below) else f[-1])
+    return Part("low_pass", {"cutoff_hz": cutoff_hz, "response": text})
+
+
+def numbers_of(part: Part) -> int:
+    """How many it has, its size included."""
+    size = 0 if part.role == "filter" and not part.behind else 1
+    return size + len(refine.numeric_shapes(part))
+
+
+def of_any_shape(bench: Bench, parts: Sequence[Part], fit: Fit) -> Candidate | None:
+    """A low-pass of any shape, in the place of a filter of the list with bands beside it, and of
+    what else imitates the rest of it: slow noise or another filter."""
+    old = [part for part in parts if part.kind in IMITATE]
+    kinds = {part.kind for part in old}
+    if not kinds & MEMORY or "narrow_band" not in kinds:
         return None
-    others = [part for part in parts if part is not old]
-    part, best = None, -np.inf
+    others, part, best = without(parts, old), None, -np.inf
     for _ in range(SEARCH.filter_rounds):
         trial, numbers = shape_of(bench, others, part)
         if trial is None:
             break
+        more = numbers - sum(map(numbers_of, old))
         gain = bench.fit([*others, trial]).log_likelihood - fit.log_likelihood
-        gain -= 0.5 * np.log(bench.data.samples) * numbers
-        if not gain > best + 1:
+        gain -= 0.5 * np.log(bench.data.samples) * more
+        if part and gain < best - 1:
             break
         part, best = trial, gain
-    return Candidate("filter", part, best, log_chance("filter", best), old) if part else None
+    if not part or part.shape["cutoff_hz"] < SEARCH.learned_least * bench.data.rate_hz:
+        return None
+    whole = [*others, part]
+    left = bench.whitened(whole, bench.fit(whole))
+    explains = best > 0 and adequacy.spectrum_score(left, len(whole)) > CHANCE.family_wise
+    chance = (
+        SEARCH.first_log_p if explains else log_chance("low_pass", best)
+    )  # nothing else is needed then
+    return Candidate("low_pass", part, best, chance, tuple(old))
 
 
 def terms_per_bin(bench: Bench, parts: Sequence[Part]) -> Floats:

@@ -10,7 +10,7 @@ import numpy as np
 from ..data.recording import Recording
 from ..effects import table
 from ..inference import modulation, refine
-from ..inference.parts import Bench, Part
+from ..inference.parts import Bench, Part, without
 from ..inference.whittle import Fit
 from ..thresholds import CHANCE, COLUMN, TRIES
 from . import columns
@@ -149,7 +149,7 @@ class Bed:
         """The lag at the maximum of the likelihood, in the candidate itself: a few units decide."""
         late = self.found.get("temperature")
         if late and late.part.shape["lag_s"]:
-            rest = [part for part in self.parts if part is not late.replaces]
+            rest = without(self.parts, late.replaces)
             late.part = refine.refined(self.bench, [*rest, late.part], only=("temperature",))[-1]
             late.gain = self.bench.fit([*rest, late.part]).log_likelihood - self.fit.log_likelihood
 

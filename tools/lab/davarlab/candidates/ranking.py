@@ -466,8 +466,6 @@ def ranked(
         elif effect.kind == drifting.KIND:
             band = next((one for one in tried if one and one.kind == "narrow_band"), None)
             tried.append(drifting.search(bench, parts, fit, band))
-        elif effect.kind == "filter":
-            tried.append(filters.search(bench, parts, fit, tried))
         elif effect.kind in SEARCHES:
             one = SEARCHES[effect.kind](bench, parts, fit)
             tried.append(Candidate(effect.kind, *one) if one else None)
@@ -479,6 +477,7 @@ def ranked(
             tried.append(noise_step(bench, parts, blocks))
         else:
             tried.append(beside_both(bench, parts, fit, effect, scatter))
+    tried.append(filters.of_any_shape(bench, parts, fit))
     found = [candidate for candidate in [*tried, *more] if candidate]
     with_states(bench, parts, fit, found)
     simplest_first(found)

@@ -16,7 +16,7 @@ from ..data.observations import Observation
 from ..data.recording import MINIMUM_SAMPLES, Recording
 from ..errors import BadInput
 from ..inference import adequacy, changes, gaps, images, modulation, refine
-from ..inference.parts import Bench, Part, as_spectra, part_of
+from ..inference.parts import Bench, Part, as_spectra, part_of, without
 from ..inference.whittle import Data
 from ..model import Model
 from ..thresholds import CHANCE, SEARCH, START
@@ -297,10 +297,10 @@ def cleaned_again(state: State) -> State:
     return replace(state, bench=bench, fit=bench.fit(state.parts), shocks=shocks)
 
 
-def joined(state: State, part: Part, replaces: Part | None = None) -> State:
-    """The model with one more part, or with one in the place of another, its shape at its best;
+def joined(state: State, part: Part, replaces: Sequence[Part] = ()) -> State:
+    """The model with one more part, or with one in the place of others, its shape at its best;
     unless it is a line also those of the others."""
-    parts = [*(other for other in state.parts if other is not replaces), part]
+    parts = [*without(state.parts, replaces), part]
     bench = state.bench.resolving(parts)
     if part.kind not in SEARCH.most_of:
         parts = filters.responding(bench, parts)

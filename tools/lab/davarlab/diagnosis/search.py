@@ -16,7 +16,7 @@ from ..candidates.ranking import Trying
 from ..effects import clocks, table
 from ..effects import columns as columns_of
 from ..inference import changes, modulation
-from ..inference.parts import Part
+from ..inference.parts import Part, without
 from ..model import Model
 from ..thresholds import CHANCE, SEARCH
 from . import combs
@@ -193,8 +193,10 @@ class Search:
         return Asked(self.state, self.only, skip, tuple(ranking(self.state, skip, self.only)))
 
     def allowed(self, asked: Asked) -> list[Candidate]:
+        """Without the kinds that are not asked. One in the place of several parts is another
+        question than one beside them."""
         skip = self.skip()
-        return [one for one in asked.found if one.kind not in skip]
+        return [one for one in asked.found if one.kind not in skip or len(one.replaces) > 1]
 
     def aside(self) -> set[str]:
         """Kinds that left the error where it was, twice; further bands, which would only follow
@@ -246,9 +248,7 @@ class Search:
     def take(self, candidate: Candidate) -> "Search":
         """The search with the candidate in its model, or with it as one that leaves the error where
         it was."""
-        given = self.given - any(
-            part is candidate.replaces for part in self.state.parts[: self.given]
-        )
+        given = len(without(self.state.parts[: self.given], candidate.replaces))
         whole = retold(joined(self.state, candidate.part, candidate.replaces), given)
         after = pruned(whole, given)
         if (

@@ -34,10 +34,10 @@ def one_name(text: str) -> bool:
 @dataclass(frozen=True)
 class Parameter:
     """`scale` turns the unit of the model file into deg/s and seconds. `values`: the words that it
-    may be, for one that is no number; `form`: of a text, whether it is a good one; it may raise
-    BadInput to say more; `default`: what it is where a model file does not say; `optional`: where
-    it is at the default it stays there, until diagnose finds that the effect is missing with
-    it."""
+    may be, for one that is no number; `form`: of a text, whether it is a good one, beside the
+    words; it may raise BadInput to say more; `default`: what it is where a model file does not
+    say; `optional`: where it is at the default it stays there, until diagnose finds that the effect
+    is missing with it."""
 
     name: str
     unit: str

@@ -5,8 +5,8 @@ import numpy as np
 
 from ..arrays import Floats
 from ..data.recording import Recording
-from ..library import Filter, filter_of
 from .base import INFINITE, Effect, Parameter, Values
+from .library import Filter, filter_of
 from .spectra import angular
 
 RESPONSES = ("sampled", "bilinear")
@@ -31,10 +31,13 @@ def folded(f: Floats, rate_hz: float, cutoff_hz: float, order: int) -> Floats:
 
 
 def low_pass(f: Floats, rate_hz: float, shape: Values) -> Floats:
-    """Power gain of a Butterworth low pass of order 1 or 2, 1 at low frequencies, in the response
-    that the shape names: "sampled", as of an analogue filter that is sampled (of order 1: or of
-    exponential smoothing); "bilinear", the digital filter of that name."""
+    """Power gain of a low pass, 1 at low frequencies, in the response that the shape names:
+    "sampled", as of an analogue Butterworth filter of order 1 or 2 that is sampled (of order 1: or
+    of exponential smoothing); "bilinear", the digital filter of that name; or any, as the programs
+    read it after --bandwidth."""
     order, response = int(shape.get("order", 1)), shape.get("response", RESPONSES[0])
+    if response not in RESPONSES:
+        return power_gain(filter_of(response, rate_hz), f, rate_hz)
     if response == "bilinear":
         edge = min(shape["cutoff_hz"] / rate_hz, 0.499)
         found: Floats = 1 / (
@@ -70,11 +73,6 @@ def power_gain(found: Filter, f: Floats, rate_hz: float) -> Floats:
     mean = moving_average(f, rate_hz, {"samples": float(max(found.length, 1))})
     gain: Floats = above / under * mean**found.averages
     return gain
-
-
-def any_filter(f: Floats, rate_hz: float, shape: Values) -> Floats:
-    """Power gain of a filter as the programs read it after --bandwidth."""
-    return power_gain(filter_of(shape["filter"], rate_hz), f, rate_hz)
 
 
 def is_filter(text: str) -> bool:
@@ -137,7 +135,15 @@ LOW_PASS = Effect(
     "after it.",
     (
         Parameter("cutoff_hz", "Hz", 1e-3, 1e6),
-        Parameter("response", "", -INFINITE, INFINITE, values=RESPONSES, default=RESPONSES[0]),
+        Parameter(
+            "response",
+            "",
+            -INFINITE,
+            INFINITE,
+            values=RESPONSES,
+            default=RESPONSES[0],
+            form=is_filter,
+        ),
         Parameter("order", "", 1, 2, values=(1, 2), default=1),
         Parameter("noise_behind_dps", "deg/s", 0, INFINITE, default=0.0),
     ),
@@ -159,23 +165,6 @@ MOVING_AVERAGE = Effect(
     "slope between 0 and -1/2 below the length of the mean",
     moving_average,
     grid={"samples": lengths},
-)
-FILTER = Effect(
-    "filter",
-    "The sensor or its software has a digital filter. It attenuates every effect before it.",
-    (
-        Parameter(
-            "filter",
-            "filter as --bandwidth of davar-sim has it, ba:B0,B1,..:A1,A2,.. for example",
-            -INFINITE,
-            INFINITE,
-            form=is_filter,
-        ),
-    ),
-    "Change the filter of the sensor or of its driver. The spectrum must change its shape.",
-    "filter",
-    "slope between 0 and -1/2 below the memory of the filter",
-    any_filter,
 )
 HIGH_PASS = Effect(
     "high_pass",

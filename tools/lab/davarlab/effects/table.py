@@ -18,7 +18,6 @@ TABLE = {
         spectra.NARROW_BAND,
         filters.LOW_PASS,
         filters.MOVING_AVERAGE,
-        filters.FILTER,
         filters.HIGH_PASS,
         columns.TEMPERATURE,
         columns.TEMPERATURE_RATE,

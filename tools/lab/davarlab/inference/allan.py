@@ -8,8 +8,8 @@ from functools import cache
 import numpy as np
 
 from ..arrays import Bools, Floats
+from ..effects.library import library
 from ..errors import BadInput
-from ..library import library
 from ..thresholds import JUDGE
 
 

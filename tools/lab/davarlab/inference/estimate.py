@@ -12,7 +12,7 @@ from ..arrays import Floats
 from ..data.events import Shocks
 from ..data.recording import Recording
 from ..distributions import chi2_ppf
-from ..library import filter_of
+from ..effects.library import filter_of
 from ..thresholds import CHANCE, FIT
 from . import changes, modulation
 from .changes import Blocks
@@ -127,8 +127,8 @@ def standard_errors(
 
 def filter_level(bench: Bench, parts: Sequence[Part]) -> float:
     """Relative standard error of the angle random walk in front of filters that were learned."""
-    texts = [part.shape["filter"] for part in parts if part.kind == "filter"]
-    levels = [filter_of(text, bench.data.rate_hz).level for text in texts]
+    responses = [part.any_response for part in parts if part.any_response]
+    levels = [filter_of(response, bench.data.rate_hz).level for response in responses]
     return float(np.linalg.norm(levels))
 
 

@@ -61,17 +61,29 @@ class Part:
     def key(self) -> Key:
         return (self.kind, self.form, *self.shape.values())
 
+    @property
+    def any_response(self) -> str:
+        """Of a low-pass with any response, as --bandwidth has it; "" for one of the list."""
+        response: str = self.shape.get("response", filters.RESPONSES[0])
+        return "" if response in filters.RESPONSES else response
+
     def moved(self, name: str, value: float | str) -> "Part":
         return replace(self, shape={**self.shape, name: value})
 
 
 def part_of(term: Term) -> Part:
     effect = table.find(term.kind)
-    return Part(
-        term.kind,
-        effect.shape_of(term.parameters),
-        "behind" if term.parameters.get(effect.behind) else "raw",
-    )
+    form = "behind" if term.parameters.get(effect.behind) else "raw"
+    part = Part(term.kind, effect.shape_of(term.parameters), form)
+    if part.any_response:  # it states the order
+        shape = {name: value for name, value in part.shape.items() if name != "order"}
+        return replace(part, shape=shape)
+    return part
+
+
+def without(parts: Sequence[Part], others: Sequence[Part]) -> list[Part]:
+    """The parts that are none of the others, which are told apart from their equals."""
+    return [part for part in parts if all(part is not other for other in others)]
 
 
 def as_spectra(parts: Sequence[Part]) -> list[Part] | None:

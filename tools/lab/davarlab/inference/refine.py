@@ -13,6 +13,8 @@ from .parts import Bench, Part
 
 def numeric_shapes(part: Part) -> list[str]:
     fixed = {parameter.name for parameter in part.effect.parameters if parameter.searched}
+    if part.any_response:
+        fixed |= {"cutoff_hz", "order"}
     return (
         [
             name

@@ -17,11 +17,11 @@ from ..arrays import Floats
 from ..data import counts
 from ..data.recording import Recording
 from ..effects import table
+from ..effects.library import Filter, filter_of
 from ..errors import BadInput
 from ..inference import allan
 from ..inference.estimate import Entry
 from ..inference.parts import part_of, spectrum_of
-from ..library import Filter, filter_of
 from ..model import Model, Term
 from ..thresholds import CHANCE
 from .export import noise_variance
@@ -42,7 +42,7 @@ RATES_DIFFER = 0.01  # relative, of the median step from the mean one, from whic
 CUTOFF_STEP = 0.01  # relative, of a difference quotient
 GRID_ACCURACY = 1e-3  # of an Allan deviation on the grid of frequencies
 WIDTH = 95  # of a line of the comment
-ACCEPTED = ("low_pass", "moving_average", "filter")
+ACCEPTED = ("low_pass", "moving_average")
 LINES = ("sinusoid", "narrow_band")
 # Parameter of the time, and the hump of the Allan deviation over it.
 FLUCTUATIONS = {
@@ -104,8 +104,8 @@ class Declared:
 
     @property
     def terms(self) -> list[Term]:
-        known = self.bandwidth != "none"
-        return [Term("filter", {"filter": self.bandwidth})] * known
+        low = Term("low_pass", {"cutoff_hz": self.rate_hz / 2, "response": self.bandwidth})
+        return [] if self.bandwidth == "none" else [low]
 
 
 def percent_of(entry: Entry | None, where: str) -> float:
@@ -137,16 +137,16 @@ def structure(model: Model, where: str) -> tuple[Term | None, list[str]]:
     other = next((term.kind for term in filters if term.kind not in ACCEPTED), None)
     if other:
         raise BadInput(
-            f"{where}: {other}: the device knows {', '.join(ACCEPTED)} only. "
+            f"{where}: {other}: the device knows {' and '.join(ACCEPTED)} only. "
             f"{table.find(other).confirm}"
         )
-    low = [term for term in filters if term.kind == "low_pass"]
+    others = list(filter(None, (part_of(term).any_response for term in filters)))
+    low = [term for term in filters if term.kind == "low_pass" and not part_of(term).any_response]
     if len(low) > 1:
         raise BadInput(
             f"{where}: two low_pass: the device knows one, of order 1 or 2. Fit a model with one "
             "of order 2, and check it with compare"
         )
-    others = [str(term.parameters["filter"]) for term in filters if term.kind == "filter"]
     means = [term for term in filters if term.kind == "moving_average"]
     return (low[0] if low else None), [*others, *averages(means, where)]
 
@@ -269,7 +269,7 @@ def white_of(model: Model) -> Term | None:
 def doubt_of(found: Declared, white: Term, sizes: list[int]) -> Floats:
     """Relative covariance of the Allan deviations of the device by the doubt about its cutoff, and
     about the angle random walk after a filter that was learned."""
-    doubt = np.zeros(len(sizes))
+    doubt: Floats = np.zeros(len(sizes))
     if found.filter.uncertainty:
         above, below = (
             deviations(found.rate_hz, [white, *replace(found, hz=found.hz * step).terms], sizes)
@@ -464,7 +464,10 @@ def notes(found: Declared, model: Model, where: str, recording: str | None) -> l
             "differ by more."
         ]
     if found.others:
-        said += [f"Behind the noise: {'+'.join(found.others)}."]
+        lists = sum(one.startswith("ba:") for one in found.others)
+        named = [one for one in found.others if not one.startswith("ba:")]
+        known = ["coefficients that were learned"] * lists + named
+        said += [f"Filter: {', then '.join(known)}."]
     if found.bandwidth == "none":
         said += ["No filter: the noise is white from the smallest cluster size listed here on."]
     missing = [m for m in found.octaves if m not in found.sizes]
@@ -544,7 +547,7 @@ def text(found: Declared, notes: list[str]) -> str:
         "",
         "static inline davar_filter_t davar_gyro_filter(void)",
         "{",
-        f"    return (davar_filter_t){{ /* {found.bandwidth.replace('*/', '')} */",
+        "    return (davar_filter_t){",
         *(f"        {line}" for line in fields(found.filter)),
         "    };",
         "}",

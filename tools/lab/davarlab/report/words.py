@@ -20,7 +20,6 @@ PLAIN_DIGITS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 NAMES = {
     "gauss_markov": "Gauss-Markov noise",
     "low_pass": "low pass of the sensor",
-    "filter": "filter of the sensor",
     "g_sensitivity": "g-sensitivity",
     "warm_up": "warm-up",
 }
@@ -131,9 +130,16 @@ def label(parameter: Parameter) -> str:
     return "" if words[0] == "coefficient" else " ".join(words) + " "
 
 
+def response(text: str) -> str:
+    """Any response of a low pass by its coefficients, which are in the model file; "": none."""
+    return (
+        f"of its own, {len(re.split('[:,]', text)) - 1} numbers" if text.startswith("ba:") else ""
+    )
+
+
 def bare_value(parameter: Parameter, estimate: Estimate) -> str:
     if isinstance(estimate.value, str):
-        return label(parameter) + course(estimate.value)
+        return label(parameter) + (response(estimate.value) or course(estimate.value))
     return f"{label(parameter)}{number(estimate.value, 3)} {parameter.unit.split(' (')[0]}".rstrip()
 
 

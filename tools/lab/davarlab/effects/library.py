@@ -1,4 +1,5 @@
-"""The library of the device, as tools/davarlab builds it or pip installed it."""
+"""The library of the device, as tools/davarlab builds it or pip installed it: filters as all
+programs read them."""
 
 import ctypes
 import os
@@ -6,9 +7,9 @@ from functools import cache
 
 import numpy as np
 
-from . import places
-from .arrays import Floats
-from .errors import BadInput
+from .. import places
+from ..arrays import Floats
+from ..errors import BadInput
 
 ZEROS, POLES = 32, 9  # coefficients of a filter
 BINS_MOST, TEXT_BYTES = 512, 512  # of learned()
@@ -80,7 +81,7 @@ def filter_of(text: str, rate_hz: float) -> Filter:
     found = Filter()
     expected = library().davar_lab_filter(text.encode(), rate_hz, found)
     if expected:
-        raise BadInput(f"filter: {expected.decode()} expected, found {text}")
+        raise BadInput(f"{expected.decode()} expected, found {text}")
     return found
 
 
