@@ -99,12 +99,13 @@ static bool allocate(engine_t *engine, size_t words, bool is_centred, sim_error_
     engine->channels = calloc(engine->count, sizeof *engine->channels);
     engine->memory = calloc(engine->count, words * sizeof *engine->memory);
     engine->filtered = calloc(engine->count, sizeof *engine->filtered);
+    engine->filters = calloc(engine->count, sizeof(const davar_filter_t *));
     if (is_centred) {
         engine->centred = calloc(engine->count, sizeof(centred_t *));
     }
     if ((is_centred && (engine->centred == NULL)) || (engine->instances == NULL) ||
         (engine->cascades == NULL) || (engine->channels == NULL) || (engine->memory == NULL) ||
-        (engine->filtered == NULL)) {
+        (engine->filtered == NULL) || (engine->filters == NULL)) {
         return fail_memory(engine, error);
     }
     return true;
@@ -173,6 +174,7 @@ bool engine_start(engine_t *engine, const settings_t *settings, const quantisati
     }
     for (size_t c = 0; c < count; c++) {
         const davar_filter_t *const filter = filter_of(engine, learned, options, c);
+        engine->filters[c] = filter;
         if (!start(engine, c, filter, words, own_words, options, error)) {
             return false;
         }
@@ -233,6 +235,7 @@ void engine_free(engine_t *engine)
     free(engine->cascades);
     free(engine->channels);
     free(engine->filtered);
+    free(engine->filters);
     free(engine->memory);
     *engine = (engine_t){0};
 }

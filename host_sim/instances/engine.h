@@ -24,6 +24,7 @@ typedef struct {
     filtered_t *filtered;  /* one per channel */
     davar_filter_t filter;
     const davar_filter_t *declared; /* the filter of channel 0, or null: unknown */
+    const davar_filter_t **filters; /* one per channel; null: unknown */
     davar_port_number_t number;
     size_t count;
     davar_t *instances;        /* trailing windows */

@@ -35,6 +35,10 @@ static bool check(const options_t *options, sim_error_t *error)
     if ((options->device != NULL) && !check_device(options, error)) {
         return false;
     }
+    if (options->floor && ((options->out == OUT_LINK) || (options->device != NULL))) {
+        return sim_fail(error, "--floor: has columns only; give --out csv or jsonl, without "
+                               "--device");
+    }
     return (options->setup.frames_only == NULL) || sends_frames(options) ||
            sim_fail(error, "--%s: needs --out can:IFACE or slcan:PATH", options->setup.frames_only);
 }

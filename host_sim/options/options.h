@@ -48,6 +48,7 @@ typedef struct {
     double pace;             /* times real time; 0: as fast as possible */
     show_t progress;
     bool details;
+    bool floor;
 } options_t;
 
 /* Before the command line is read. */

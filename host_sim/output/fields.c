@@ -215,6 +215,31 @@ static cell_t show_model_mean_deviation(const epoch_row_t *row, uint32_t t)
     return number_cell(row->misfit->tau[t].mean_deviation);
 }
 
+static cell_t show_floor(const epoch_row_t *row, uint32_t index)
+{
+    (void)index;
+    return number_cell((double)row->floor->value);
+}
+
+static cell_t show_floor_low(const epoch_row_t *row, uint32_t index)
+{
+    (void)index;
+    return number_cell((row->floor->why == DAVAR_FLOOR_VALUE) ? (double)row->floor->low
+                                                              : (double)NAN);
+}
+
+static cell_t show_floor_high(const epoch_row_t *row, uint32_t index)
+{
+    (void)index;
+    return number_cell((row->floor->high < HUGE_VALF) ? (double)row->floor->high : (double)NAN);
+}
+
+static cell_t show_floor_why(const epoch_row_t *row, uint32_t index)
+{
+    (void)index;
+    return integer_cell((uint64_t)row->floor->why);
+}
+
 static const field_t COMMON[] = {
     [FIELD_EPOCH] = {"epoch", show_epoch, 0U, false},
     {"time_s", show_time, 0U, false},
@@ -245,6 +270,13 @@ static const field_t TRACKING[] = {
     {"steady", show_steady, 0U, false},
     {"steady_low", show_steady_low, 0U, false},
     {"steady_high", show_steady_high, 0U, false},
+};
+
+static const field_t FLOOR[] = {
+    {"floor_deg_per_sqrt_h", show_floor, 0U, false},
+    {"floor_low_deg_per_sqrt_h", show_floor_low, 0U, false},
+    {"floor_high_deg_per_sqrt_h", show_floor_high, 0U, false},
+    {"floor_why", show_floor_why, 0U, false},
 };
 
 static const field_t DETAILS[] = {
@@ -318,6 +350,9 @@ void fields_make(fields_t *fields, const fields_setup_t *setup)
     add_all(fields, setup, COMMON, sizeof COMMON / sizeof COMMON[0]);
     if (setup->tracked) {
         add_all(fields, setup, TRACKING, sizeof TRACKING / sizeof TRACKING[0]);
+    }
+    if (setup->floored) {
+        add_all(fields, setup, FLOOR, sizeof FLOOR / sizeof FLOOR[0]);
     }
     fields->first_adev = fields->count;
     for (uint32_t t = 0; t < setup->tau_count; t++) {

@@ -2,10 +2,11 @@
 #ifndef FIELDS_H
 #define FIELDS_H
 
+#include "davar/floor.h"
 #include "davar/glr.h"
 #include "davar/monitor.h"
 
-#define FIELDS_MAX (37U + 6U * DAVAR_TAUS_MAX)
+#define FIELDS_MAX (41U + 6U * DAVAR_TAUS_MAX)
 #define FIELD_NAME_BYTES 48U
 
 /* Places that every choice of columns has. */
@@ -30,8 +31,9 @@ typedef struct {
 /* The data of one row. */
 typedef struct {
     const davar_result_t *result;
-    const davar_glr_report_t *report; /* null: centred windows, which have no law glr */
-    const davar_misfit_t *misfit;     /* null: no model to compare with */
+    const davar_glr_report_t *report;  /* null: centred windows, which have no law glr */
+    const davar_misfit_t *misfit;      /* null: no model to compare with */
+    const davar_floor_result_t *floor; /* null: no --floor */
     double time_s;
 } epoch_row_t;
 
@@ -54,6 +56,7 @@ typedef struct {
     uint8_t tau_count;
     bool monitored; /* results are compared with an error model */
     bool tracked;   /* law glr */
+    bool floored;   /* --floor */
     bool unfitted;  /* no fields of the fit */
     /* also intervals, difference counts, gaps, upper bounds, mean deviations from the model */
     bool details;

@@ -17,9 +17,11 @@ bool output_open(output_t *output, const options_t *options, const engine_t *eng
                                   .tau_count = engine->curve.tau_count,
                                   .monitored = (options->model_table != NULL),
                                   .tracked = (options->setup.law == DAVAR_LAW_ID_GLR),
+                                  .floored = options->floor,
                                   .details = options->details};
     fields_make(&output->fields, &setup);
-    return watch_open(&output->watch, options, engine, error) &&
+    return floors_open(&output->floors, options, engine, error) &&
+           watch_open(&output->watch, options, engine, error) &&
            ((options->out != OUT_LINK) || wire_out_open(&output->wire, options, engine, error));
 }
 
@@ -49,9 +51,11 @@ static bool is_withheld(const davar_result_t *result)
 
 bool output_row(output_t *output, size_t channel, const epoch_row_t *plain, sim_error_t *error)
 {
-    const epoch_row_t watched = {plain->result, plain->report,
-                                 watch_compare(&output->watch, channel, plain->result),
-                                 plain->time_s};
+    const epoch_row_t watched = {.result = plain->result,
+                                 .report = plain->report,
+                                 .misfit = watch_compare(&output->watch, channel, plain->result),
+                                 .floor = floors_at(&output->floors, channel, plain->result->epoch),
+                                 .time_s = plain->time_s};
     const epoch_row_t *row = &watched;
     if (stop_requested(error)) {
         return false;
@@ -74,9 +78,10 @@ bool output_row(output_t *output, size_t channel, const epoch_row_t *plain, sim_
     return rows_out_take(&output->text, output->flush_rows, error);
 }
 
-bool output_raw(output_t *output, const raw_run_t *run, sim_error_t *error)
+bool output_samples(output_t *output, const raw_run_t *run, bool is_gap, sim_error_t *error)
 {
-    return !output->raw || wire_out_raw(&output->wire, run, error);
+    return floors_push(&output->floors, run->samples, run->count, is_gap, error) &&
+           (!output->raw || wire_out_raw(&output->wire, run, error));
 }
 
 bool output_finish(output_t *output, sim_error_t *error)
@@ -90,4 +95,5 @@ void output_close(output_t *output)
     rows_out_close(&output->text);
     wire_out_close(&output->wire);
     watch_close(&output->watch);
+    floors_close(&output->floors);
 }

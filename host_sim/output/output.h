@@ -2,6 +2,7 @@
 #ifndef OUTPUT_H
 #define OUTPUT_H
 
+#include "instances/floors.h"
 #include "instances/watch.h"
 #include "options/options.h"
 #include "output/fields.h"
@@ -21,6 +22,7 @@ typedef struct {
     uint64_t filtered; /* rows withheld because the short cluster sizes read low */
     uint8_t reached;   /* cluster sizes that had a difference in some row */
     watch_t watch;     /* for --model-table */
+    floors_t floors;   /* for --floor */
     wire_out_t wire;   /* for OUT_LINK */
 } output_t;
 
@@ -33,9 +35,10 @@ bool output_open(output_t *output, const options_t *options, const engine_t *eng
  * stream accepts no more data, or a signal has arrived. */
 bool output_row(output_t *output, size_t channel, const epoch_row_t *plain, sim_error_t *error);
 
-/* Sends samples to the link if --raw is given. Call it before they are pushed. False: the link is
- * lost. */
-bool output_raw(output_t *output, const raw_run_t *run, sim_error_t *error);
+/* Samples of all channels, after a gap if some are missing: sends them to the link if --raw is
+ * given, and adds them to the floors. Call it before they are pushed. False: the link is lost, or
+ * out of memory. */
+bool output_samples(output_t *output, const raw_run_t *run, bool is_gap, sim_error_t *error);
 
 /* Flushes. False: the stream did not accept everything. */
 bool output_finish(output_t *output, sim_error_t *error);

@@ -38,8 +38,9 @@ static davar_port_read_t hand_out(replay_t *replay, size_t rows, davar_port_bloc
     const raw_run_t run = {replay->samples, replay->setup.number, sample_index(replay), rows};
     replay->lost += missing;
     replay->position += rows;
-    return output_raw(replay->setup.output, &run, replay->error) ? DAVAR_PORT_READ_BLOCK
-                                                                 : DAVAR_PORT_READ_FAULT;
+    return output_samples(replay->setup.output, &run, missing > 0U, replay->error)
+               ? DAVAR_PORT_READ_BLOCK
+               : DAVAR_PORT_READ_FAULT;
 }
 
 static bool load(replay_t *replay)

@@ -48,6 +48,7 @@ LONGEST = {
     "fits": 600,
     "cascades": 200,
     "selections": 200,
+    "floors": 200,
     "messages": 600,
     "source": 9000,
     "recording": 300,

@@ -1,0 +1,114 @@
+/* davar - floor: what the filter and the differences do to each frequency (14.3). */
+#include "davar/floor.h"
+
+#include "floor_transform.h"
+#include "number/real.h"
+
+#define PASSED_LEAST 0.1 /* of the power, by the filter, at a usable frequency */
+#define BLOCK_LEAST 64U
+#define BLOCK_MOST 4096U
+
+const char *davar_floor_status_text(davar_floor_status_t status)
+{
+    switch (status) {
+    case DAVAR_FLOOR_OK:
+        return "no error";
+    case DAVAR_FLOOR_ERR_RATE:
+        return "rate_hz is not positive and finite";
+    case DAVAR_FLOOR_ERR_UNIT:
+        return "unit_per_count is not positive and finite";
+    case DAVAR_FLOOR_ERR_RAIL:
+        return "rail is below 1";
+    case DAVAR_FLOOR_ERR_BLOCK:
+        return "block is not a multiple of 64 from 64 to 4096";
+    case DAVAR_FLOOR_ERR_FILTER:
+        return "the filter is not valid";
+    default:
+        return "unknown status";
+    }
+}
+
+const char *davar_floor_why_text(davar_floor_why_t why)
+{
+    switch (why) {
+    case DAVAR_FLOOR_VALUE:
+        return "it has a value";
+    case DAVAR_FLOOR_FILLING:
+        return "the window is filling: wait for four blocks";
+    case DAVAR_FLOOR_NARROW:
+        return "the filter leaves too few frequencies: give samples before it";
+    case DAVAR_FLOOR_CLIPPED:
+        return "counts at the end of the range: use a larger range";
+    case DAVAR_FLOOR_COARSE:
+        return "rounding hides the noise: use a finer count";
+    case DAVAR_FLOOR_UNSTEADY:
+        return "the noise changes within the window: use a shorter block";
+    case DAVAR_FLOOR_STILL:
+        return "no count changes: check the sensor";
+    default:
+        return "unknown reason";
+    }
+}
+
+static bool is_usual(double value)
+{
+    return (value > 0.0) && (value <= 1e30);
+}
+
+static davar_floor_status_t check_floor(const davar_floor_config_t *config)
+{
+    const bool is_block = (config->block >= BLOCK_LEAST) && (config->block <= BLOCK_MOST) &&
+                          ((config->block % BLOCK_LEAST) == 0U);
+    if (!is_usual(config->rate_hz)) {
+        return DAVAR_FLOOR_ERR_RATE;
+    }
+    if (!is_usual(config->unit_per_count)) {
+        return DAVAR_FLOOR_ERR_UNIT;
+    }
+    if (config->rail < 1) {
+        return DAVAR_FLOOR_ERR_RAIL;
+    }
+    if (!is_block) {
+        return DAVAR_FLOOR_ERR_BLOCK;
+    }
+    return ((config->filter != NULL) && !davar_filter_is_valid(config->filter))
+               ? DAVAR_FLOOR_ERR_FILTER
+               : DAVAR_FLOOR_OK;
+}
+
+/* The Hann window mixes each frequency with its neighbours. */
+static double smeared(const double at[DAVAR_FLOOR_BINS + 2U], uint32_t k)
+{
+    return (at[k - 1U] + 4.0 * at[k] + at[k + 1U]) / 6.0;
+}
+
+davar_floor_status_t davar_floor_plan(davar_floor_plan_t *plan, const davar_floor_config_t *config)
+{
+    const davar_floor_status_t status = check_floor(config);
+    double difference[DAVAR_FLOOR_BINS + 2U];
+    double through[DAVAR_FLOOR_BINS + 2U];
+    double passes[DAVAR_FLOOR_BINS + 2U];
+    if (status != DAVAR_FLOOR_OK) {
+        return status;
+    }
+    for (uint32_t k = 0U; k <= DAVAR_FLOOR_BINS + 1U; k++) {
+        passes[k] = 1.0;
+        if (config->filter != NULL) {
+            passes[k] = davar_filter_power(config->filter, (double)k / (double)FLOOR_SEGMENT);
+        }
+        difference[k] = 2.0 - 2.0 * (double)floor_cosine(k);
+        through[k] = difference[k] * passes[k];
+    }
+    plan->usable = 0U;
+    for (uint32_t b = 0U; b < DAVAR_FLOOR_BINS; b++) {
+        const bool is_usable = passes[b + 1U] >= PASSED_LEAST;
+        const double weight = 1.0 / smeared(through, b + 1U);
+        plan->weight[b] = is_usable ? (float)weight : 0.0F;
+        plan->passed[b] = is_usable ? (float)(weight * smeared(difference, b + 1U)) : 0.0F;
+        plan->usable = (uint8_t)(plan->usable + (is_usable ? 1U : 0U));
+    }
+    plan->unit = (float)(60.0 * config->unit_per_count / davar_root(config->rate_hz));
+    plan->rail = config->rail;
+    plan->segments = (uint16_t)(config->block / FLOOR_HOP);
+    return DAVAR_FLOOR_OK;
+}

@@ -1,0 +1,235 @@
+/* davar tests - the floor (davar/floor.h): its transform by the definition, what a plan rejects, and
+ * why a window has no value. */
+#include "davar/floor.h"
+#include "floor_transform.h"
+#include "random.h"
+#include "unity.h"
+
+#include <math.h>
+#include <string.h>
+
+#define TURN 6.283185307179586
+
+static davar_floor_plan_t plan;
+static davar_floor_t axis;
+static davar_floor_result_t result;
+
+static davar_floor_config_t usual(void)
+{
+    return (davar_floor_config_t){
+        .rate_hz = 1000.0, .unit_per_count = 0.01, .rail = 32767, .block = 256U};
+}
+
+void setUp(void)
+{
+    const davar_floor_config_t config = usual();
+    TEST_ASSERT_EQUAL(DAVAR_FLOOR_OK, davar_floor_plan(&plan, &config));
+    davar_floor_start(&axis);
+}
+
+void tearDown(void) {}
+
+static bool push(int32_t count)
+{
+    const bool is_due = davar_floor_push(&axis, &plan, count);
+    if (is_due) {
+        davar_floor_take(&axis, &plan, &result);
+    }
+    return is_due;
+}
+
+/* Pushes noise of a standard deviation in counts, next to a line. Returns the results. */
+static unsigned push_noise(random_t *random, unsigned count, double sigma, double line)
+{
+    static unsigned time = 0U; /* the line has no jumps */
+    unsigned results = 0U;
+    for (unsigned n = 0U; n < count; n++, time++) {
+        const double value = sigma * random_gauss(random) + line * sin(TURN * 0.11 * time);
+        results += push((int32_t)lrint(value)) ? 1U : 0U;
+    }
+    return results;
+}
+
+static void test_the_transform_is_that_of_the_definition(void)
+{
+    random_t random = random_seeded(1U);
+    float ring[FLOOR_SEGMENT];
+    for (uint32_t oldest = 0U; oldest <= FLOOR_HOP; oldest += FLOOR_HOP) {
+        float power[31];
+        for (uint32_t i = 0U; i < FLOOR_SEGMENT; i++) {
+            ring[i] = (float)(1000.0 * random_gauss(&random));
+        }
+        davar_floor_transform(ring, oldest, power);
+        for (uint32_t k = 1U; k <= 31U; k++) {
+            double re = 0.0;
+            double im = 0.0;
+            for (uint32_t i = 0U; i < FLOOR_SEGMENT; i++) {
+                const double window = 0.5 - 0.5 * cos(TURN * (i + 0.5) / 64.0);
+                const double x = window * (double)ring[(oldest + i) % FLOOR_SEGMENT];
+                re += x * cos(TURN * k * i / 64.0);
+                im += x * sin(TURN * k * i / 64.0);
+            }
+            TEST_ASSERT_DOUBLE_WITHIN(1e-5 * (re * re + im * im) + 100.0, 4.0 * (re * re + im * im),
+                                      (double)power[k - 1U]);
+        }
+    }
+}
+
+static void test_a_plan_names_what_is_wrong(void)
+{
+    davar_floor_config_t config = usual();
+    davar_filter_t narrow = {.b = {0.0}};
+    davar_filter_low_pass(&narrow, 5.0, 2U, 0.0);
+    config.rate_hz = 0.0;
+    TEST_ASSERT_EQUAL(DAVAR_FLOOR_ERR_RATE, davar_floor_plan(&plan, &config));
+    config = usual();
+    config.unit_per_count = (double)NAN;
+    TEST_ASSERT_EQUAL(DAVAR_FLOOR_ERR_UNIT, davar_floor_plan(&plan, &config));
+    config = usual();
+    config.rail = 0;
+    TEST_ASSERT_EQUAL(DAVAR_FLOOR_ERR_RAIL, davar_floor_plan(&plan, &config));
+    for (uint32_t block = 0U; block <= 8192U; block += 32U) {
+        config = usual();
+        config.block = (uint16_t)block;
+        const bool is_good = (block >= 64U) && (block <= 4096U) && ((block % 64U) == 0U);
+        TEST_ASSERT_EQUAL(is_good ? DAVAR_FLOOR_OK : DAVAR_FLOOR_ERR_BLOCK,
+                          davar_floor_plan(&plan, &config));
+    }
+    config = usual();
+    config.filter = &narrow;
+    TEST_ASSERT_EQUAL(DAVAR_FLOOR_ERR_FILTER, davar_floor_plan(&plan, &config));
+}
+
+static void test_every_status_and_reason_has_a_text(void)
+{
+    for (int i = 0; i <= 7; i++) {
+        TEST_ASSERT_GREATER_THAN(3U, strlen(davar_floor_status_text((davar_floor_status_t)i)));
+        TEST_ASSERT_GREATER_THAN(3U, strlen(davar_floor_why_text((davar_floor_why_t)i)));
+    }
+}
+
+static void test_a_result_comes_after_each_block_and_a_value_after_four(void)
+{
+    random_t random = random_seeded(2U);
+    unsigned results = 0U;
+    for (unsigned n = 1U; n <= 32U + 10U * 256U + 1U; n++) {
+        const bool is_due = push((int32_t)lrint(20.0 * random_gauss(&random)));
+        TEST_ASSERT_EQUAL(((n - 33U) % 256U == 0U) && (n > 33U), is_due);
+        results += is_due ? 1U : 0U;
+        if (is_due) {
+            TEST_ASSERT_EQUAL((results < 4U) ? DAVAR_FLOOR_FILLING : DAVAR_FLOOR_VALUE, result.why);
+            TEST_ASSERT_TRUE((results < 4U) == (isinf(result.high) != 0));
+            TEST_ASSERT_TRUE((results < 4U) == (isnan(result.value) != 0));
+        }
+    }
+    TEST_ASSERT_EQUAL(10U, results);
+}
+
+static void test_a_line_hides_neither_the_density_nor_where_it_is_quiet(void)
+{
+    random_t random = random_seeded(3U);
+    const double arw = 60.0 * 0.01 * 20.0 / sqrt(1000.0);
+    double sum = 0.0;
+    unsigned count = 0U;
+    for (unsigned i = 0U; i < 200U; i++) {
+        TEST_ASSERT_LESS_OR_EQUAL(1U, push_noise(&random, 256U, 20.0, 2000.0));
+        if (i > 5U) {
+            TEST_ASSERT_EQUAL(DAVAR_FLOOR_VALUE, result.why);
+            TEST_ASSERT_TRUE(result.low < result.value && result.value < result.high);
+            sum += (double)result.value / arw;
+            count++;
+        }
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.03, 1.0, sum / count);
+}
+
+static void test_why_there_is_no_value(void)
+{
+    random_t random = random_seeded(4U);
+    davar_floor_config_t config = usual();
+    davar_filter_t filter = {.b = {0.0}};
+    (void)push_noise(&random, 3000U, 0.3, 0.0);
+    TEST_ASSERT_EQUAL(DAVAR_FLOOR_COARSE, result.why);
+    TEST_ASSERT_TRUE((double)result.high > 60.0 * 0.01 * 0.3 / sqrt(1000.0));
+    (void)push_noise(&random, 3000U, 5.0, 0.0);
+    TEST_ASSERT_EQUAL(DAVAR_FLOOR_VALUE, result.why);
+    for (unsigned n = 0U; n < 3000U; n++) {
+        (void)push(7);
+    }
+    TEST_ASSERT_EQUAL(DAVAR_FLOOR_STILL, result.why);
+    TEST_ASSERT_TRUE(isinf(result.high));
+    (void)push_noise(&random, 3000U, 5.0, 0.0);
+    (void)push(32767);
+    (void)push_noise(&random, 600U, 5.0, 0.0);
+    TEST_ASSERT_EQUAL(DAVAR_FLOOR_CLIPPED, result.why);
+    TEST_ASSERT_EQUAL(1U, result.clipped);
+    davar_filter_biquad(&filter, 0.15);
+    config.filter = &filter;
+    TEST_ASSERT_EQUAL(DAVAR_FLOOR_OK, davar_floor_plan(&plan, &config));
+    davar_floor_start(&axis);
+    (void)push_noise(&random, 3000U, 5.0, 0.0);
+    TEST_ASSERT_EQUAL(DAVAR_FLOOR_NARROW, result.why);
+    TEST_ASSERT_TRUE(isnan(result.value) && !isinf(result.high));
+}
+
+static void test_no_segment_spans_a_gap_and_the_window_stays(void)
+{
+    random_t random = random_seeded(5U);
+    (void)push_noise(&random, 4000U, 5.0, 0.0);
+    const float before = result.value;
+    for (unsigned i = 0U; i < 40U; i++) { /* the rate jumps while samples are missing */
+        davar_floor_gap(&axis);
+        for (unsigned n = 0U; n < 100U; n++) {
+            const double value = 5.0 * random_gauss(&random) + 3000.0 * (i % 2U);
+            (void)push((int32_t)lrint(value));
+        }
+    }
+    TEST_ASSERT_EQUAL(DAVAR_FLOOR_VALUE, result.why);
+    TEST_ASSERT_FLOAT_WITHIN(0.2F * before, before, result.value);
+}
+
+static void test_a_shock_is_left_out_and_a_change_is_not(void)
+{
+    random_t random = random_seeded(6U);
+    (void)push_noise(&random, 4000U, 5.0, 0.0);
+    const float before = result.value;
+    (void)push(3000);
+    (void)push_noise(&random, 300U, 5.0, 0.0);
+    TEST_ASSERT_TRUE((result.shocks >= 1U) && (result.shocks <= 2U));
+    TEST_ASSERT_FLOAT_WITHIN(0.3F * before, before, result.value);
+    (void)push_noise(&random, 1400U, 50.0, 0.0);
+    TEST_ASSERT_FLOAT_WITHIN(1.5F * before, 10.0F * before, result.value);
+}
+
+static void test_a_result_that_is_not_taken_is_lost_and_the_next_is_right(void)
+{
+    random_t random = random_seeded(7U);
+    unsigned due = 0U;
+    for (unsigned n = 0U; n < 8000U; n++) {
+        const int32_t count = (int32_t)lrint(20.0 * random_gauss(&random));
+        if (davar_floor_push(&axis, &plan, count)) {
+            due++;
+            if ((due % 3U) == 0U) {
+                davar_floor_take(&axis, &plan, &result);
+            }
+        }
+    }
+    TEST_ASSERT_EQUAL(31U, due);
+    TEST_ASSERT_EQUAL(DAVAR_FLOOR_VALUE, result.why);
+    TEST_ASSERT_FLOAT_WITHIN(0.08F, 0.379F, result.value);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_the_transform_is_that_of_the_definition);
+    RUN_TEST(test_a_plan_names_what_is_wrong);
+    RUN_TEST(test_every_status_and_reason_has_a_text);
+    RUN_TEST(test_a_result_comes_after_each_block_and_a_value_after_four);
+    RUN_TEST(test_a_line_hides_neither_the_density_nor_where_it_is_quiet);
+    RUN_TEST(test_why_there_is_no_value);
+    RUN_TEST(test_no_segment_spans_a_gap_and_the_window_stays);
+    RUN_TEST(test_a_shock_is_left_out_and_a_change_is_not);
+    RUN_TEST(test_a_result_that_is_not_taken_is_lost_and_the_next_is_right);
+    return UNITY_END();
+}
