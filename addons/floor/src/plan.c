@@ -12,7 +12,7 @@ const char *davar_floor_status_text(davar_floor_status_t status)
 {
     switch (status) {
     case DAVAR_FLOOR_OK:
-        return "no error";
+        return "ok";
     case DAVAR_FLOOR_ERR_RATE:
         return "rate_hz is not positive and finite";
     case DAVAR_FLOOR_ERR_UNIT:
