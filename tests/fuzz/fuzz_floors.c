@@ -78,16 +78,37 @@ static void run_floor(bytes_t *bytes, random_t *random)
     }
 }
 
+static davar_floor_flight_t flight;
+static davar_floor_baseline_t baseline;
+
+/* A window joins the flight; at times the flight ends. */
+static void fly(bytes_t *bytes)
+{
+    davar_floor_change_t change;
+    const uint8_t kind = byte(bytes);
+    davar_floor_flight_add(&flight, kind % DAVAR_FLOOR_BANDS, &result);
+    davar_floor_compare(&baseline, &flight, &change);
+    REQUIRE(change.is_known == (isnan(change.factor) == 0));
+    REQUIRE(!change.is_known || ((change.low <= change.factor) && (change.factor <= change.high)));
+    if (kind > 240U) {
+        davar_floor_baseline_add(&baseline, &flight);
+        memset(&flight, 0, sizeof flight);
+    }
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     bytes_t bytes = {data, data + size};
     random_t random = random_seeded(word(&bytes, 2U));
     if (make_plan(&bytes)) {
         davar_floor_start(&axis);
+        memset(&flight, 0, sizeof flight);
+        memset(&baseline, 0, sizeof baseline);
         davar_floor_take(&axis, &plan, &result);
         check_floor_result();
         while (bytes.next < bytes.end) {
             run_floor(&bytes, &random);
+            fly(&bytes);
         }
     }
     return 0;

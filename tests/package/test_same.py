@@ -190,6 +190,7 @@ OF_THE_PROGRAM = {
     **dict.fromkeys(("can-base", "can-content", "raw"), "frames"),
     **dict.fromkeys(("out", "pace", "progress"), "arrays"),
     "baud": "a serial line",
+    "floor": "of the samples, not of a window",
     "device": "another program",
     "help": "help(davar.dynamic)",
     "version": "importlib.metadata",

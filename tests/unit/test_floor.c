@@ -219,9 +219,77 @@ static void test_a_result_that_is_not_taken_is_lost_and_the_next_is_right(void)
     TEST_ASSERT_FLOAT_WITHIN(0.08F, 0.379F, result.value);
 }
 
+/* --- flights --- */
+
+/* Ten windows of a flight in some bands. */
+static davar_floor_flight_t flown(random_t *random, double level)
+{
+    davar_floor_flight_t flight = {.sum = {0.0F}};
+    davar_floor_result_t window = {.why = DAVAR_FLOOR_VALUE};
+    for (uint32_t n = 0U; n < 40U; n++) {
+        const uint32_t band = n % 4U;
+        window.value = (float)(level * (1.0 + band) * exp(0.3 * random_gauss(random)));
+        davar_floor_flight_add(&flight, band, &window);
+    }
+    return flight;
+}
+
+/* Crafts whose flights scatter by 20 %: how often is one that is `factor` as loud called louder? */
+static double louder_of(double factor, unsigned flights)
+{
+    random_t random = random_seeded(8U);
+    unsigned louder = 0U;
+    for (unsigned craft = 0U; craft < 2000U; craft++) {
+        davar_floor_baseline_t baseline = {.mean = {0.0F}};
+        davar_floor_change_t change;
+        for (unsigned f = 0U; f < flights; f++) {
+            const davar_floor_flight_t before = flown(&random, exp(0.2 * random_gauss(&random)));
+            davar_floor_baseline_add(&baseline, &before);
+        }
+        const davar_floor_flight_t now = flown(&random, factor * exp(0.2 * random_gauss(&random)));
+        davar_floor_compare(&baseline, &now, &change);
+        TEST_ASSERT_TRUE(change.is_known);
+        TEST_ASSERT_TRUE((change.low < change.factor) && (change.factor < change.high));
+        louder += (change.low > 1.0F) ? 1U : 0U;
+    }
+    return louder / 2000.0;
+}
+
+static void test_a_flight_is_louder_than_the_scatter_of_flights(void)
+{
+    TEST_ASSERT_DOUBLE_WITHIN(0.03, 0.02, louder_of(1.0, 4U));
+    TEST_ASSERT_DOUBLE_WITHIN(0.03, 0.03, louder_of(1.0, 20U));
+    TEST_ASSERT_DOUBLE_WITHIN(0.04, 0.87, louder_of(2.0, 12U));
+    TEST_ASSERT_TRUE(louder_of(1.3, 12U) < 0.6);
+}
+
+static void test_three_flights_and_eight_windows_are_needed(void)
+{
+    random_t random = random_seeded(9U);
+    davar_floor_baseline_t baseline = {.mean = {0.0F}};
+    davar_floor_flight_t flight = flown(&random, 1.0);
+    const davar_floor_flight_t few = {.sum = {7.0F}, .windows = {7U}};
+    const davar_floor_result_t none = {.why = DAVAR_FLOOR_CLIPPED};
+    davar_floor_change_t change;
+    for (unsigned f = 0U; f < 4U; f++) {
+        davar_floor_compare(&baseline, &flight, &change);
+        TEST_ASSERT_EQUAL(f >= 3U, change.is_known);
+        TEST_ASSERT_EQUAL(f < 3U, isnan(change.factor) != 0);
+        davar_floor_baseline_add(&baseline, &flight);
+    }
+    TEST_ASSERT_FLOAT_WITHIN(1e-5F, 1.0F, change.factor);
+    davar_floor_compare(&baseline, &few, &change);
+    TEST_ASSERT_FALSE(change.is_known);
+    davar_floor_flight_add(&flight, 4U, &none);
+    TEST_ASSERT_EQUAL_UINT32(0U, flight.windows[4]);
+    TEST_ASSERT_LESS_OR_EQUAL(64U, sizeof baseline);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(test_a_flight_is_louder_than_the_scatter_of_flights);
+    RUN_TEST(test_three_flights_and_eight_windows_are_needed);
     RUN_TEST(test_the_transform_is_that_of_the_definition);
     RUN_TEST(test_a_plan_names_what_is_wrong);
     RUN_TEST(test_every_status_and_reason_has_a_text);

@@ -141,6 +141,50 @@ void davar_floor_take(davar_floor_t *floor, const davar_floor_plan_t *plan,
 /** Samples are missing before the next one: no segment spans them. Cost: O(1). */
 void davar_floor_gap(davar_floor_t *floor);
 
+/** @name Flights
+ * Is this flight louder than earlier ones? The floor of one craft scatters by a quarter from flight to
+ * flight, so an answer takes three earlier flights, and what counts is a factor of 1.5 or more. The
+ * caller divides flight into bands in which the vibration is alike: five of throttle, for example.
+ * Formulas (14.7). @{ */
+
+#define DAVAR_FLOOR_BANDS 5U
+
+/** Earlier flights of one axis, to store: 52 bytes without pointers. All zeros: none. */
+typedef struct {
+    float mean[DAVAR_FLOOR_BANDS];       /**< of the floors of flights, deg/sqrt(h) */
+    float square[DAVAR_FLOOR_BANDS];     /**< sum of their squared distances from it */
+    uint16_t flights[DAVAR_FLOOR_BANDS]; /**< flights with enough windows in the band */
+} davar_floor_baseline_t;
+
+/** One flight. All zeros: before the first window. */
+typedef struct {
+    float sum[DAVAR_FLOOR_BANDS];        /**< of floors, deg/sqrt(h) */
+    uint32_t windows[DAVAR_FLOOR_BANDS]; /**< with a value */
+} davar_floor_flight_t;
+
+/** A flight against earlier ones. */
+typedef struct {
+    bool is_known; /**< false: fewer than three flights, or eight windows, in every band */
+    float factor;  /**< this flight over the earlier ones; NaN if unknown */
+    float low;     /**< 95 % limits of what the factor would be without the scatter of flights: */
+    float high;    /**< ... above 1 in low, it is louder than chance; 0 and infinity if unknown */
+} davar_floor_change_t;
+
+/** Adds a result to a flight, if it has a value. band: below DAVAR_FLOOR_BANDS (asserted).
+ * Cost: O(1). */
+void davar_floor_flight_add(davar_floor_flight_t *flight, uint32_t band,
+                            const davar_floor_result_t *result);
+
+/** Compares a flight with earlier ones, also while it lasts. Cost: about 500 operations. */
+void davar_floor_compare(const davar_floor_baseline_t *baseline, const davar_floor_flight_t *flight,
+                         davar_floor_change_t *change);
+
+/** Adds a flight that has ended to the earlier ones. A flight that was louder for a reason, such as
+ * a damaged propeller, does not belong there. Cost: O(1). */
+void davar_floor_baseline_add(davar_floor_baseline_t *baseline, const davar_floor_flight_t *flight);
+
+/** @} */
+
 #ifdef __cplusplus
 }
 #endif

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import Floats
+from ..arrays import Floats, Ints
 from ..effects.filters import power_gain
 from ..effects.library import BINS_MOST, filter_of, learned
 from ..inference import adequacy, refine
@@ -60,10 +60,15 @@ def candidate(bench: Bench, parts: Sequence[Part], fit: Fit, crude: Candidate) -
     return Candidate(part.kind, part, gain, log_chance(part.kind, gain))
 
 
+def starts_of(bench: Bench) -> Ints:
+    """Of groups of neighbouring bins, BINS_MOST at most."""
+    bins = len(bench.data.counts)
+    return np.arange(0, bins, -(-bins // BINS_MOST))
+
+
 def merged(bench: Bench, per_bin: Floats | float) -> Floats:
-    """Means over neighbouring bins, so that there are BINS_MOST at most."""
-    counts = bench.data.counts
-    starts = np.arange(0, len(counts), -(-len(counts) // BINS_MOST))
+    """Means over each group."""
+    counts, starts = bench.data.counts, starts_of(bench)
     found: Floats = np.add.reduceat(counts * per_bin, starts) / np.add.reduceat(counts, starts)
     return found
 
@@ -75,8 +80,8 @@ def shape_of(bench: Bench, parts: Sequence[Part], filtered: Part | None) -> tupl
     data = bench.data
     fit = bench.fit([*parts, filtered] if filtered else parts)
     energy = generalised_least_squares(data, bench.all_keys(parts), fit.level)[2]
-    power, counts = merged(bench, energy / data.counts), merged(bench, data.counts)
-    counts *= -(-len(data.counts) // BINS_MOST)
+    power = merged(bench, energy / data.counts)
+    counts = np.add.reduceat(data.counts, starts_of(bench))
     fixed = merged(bench, bench.fixed(parts))
     front = None
     if filtered:
@@ -142,9 +147,7 @@ def of_any_shape(bench: Bench, parts: Sequence[Part], fit: Fit) -> Candidate | N
     whole = [*others, part]
     left = bench.whitened(whole, bench.fit(whole))
     explains = best > 0 and adequacy.spectrum_score(left, len(whole)) > CHANCE.family_wise
-    chance = (
-        SEARCH.first_log_p if explains else log_chance("low_pass", best)
-    )  # nothing else is needed then
+    chance = SEARCH.first_log_p if explains else log_chance("low_pass", best)
     return Candidate("low_pass", part, best, chance, tuple(old))
 
 
