@@ -61,7 +61,7 @@ def text_of(data):
 def values(draw, parameter):
     if parameter.values:
         return draw(st.sampled_from(parameter.values))
-    if parameter.text:
+    if parameter.form:
         return draw(COURSES if parameter.name == "course_hz" else COLUMNS)
     low, high = max(parameter.low, -1e99), min(parameter.high, 1e99)
     if parameter.whole:

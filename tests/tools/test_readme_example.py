@@ -13,7 +13,10 @@ from planner_case import ROOT, after_two_poles, gcc, printed_by, write
 README = ROOT / "README.md"
 PLANNER = ROOT / "docs/PLANNER.md"
 FIRMWARE = ROOT / "docs/FIRMWARE.md"  # each block continues the one before
-ALONE = [ROOT / "docs/DIALECTS.md", ROOT / "docs/GYROS.md", ROOT / "packaging/common/README.md"]
+ALONE = [
+    *(ROOT / "docs" / name for name in ("DIALECTS.md", "FLIGHT.md", "GYROS.md")),
+    ROOT / "packaging/common/README.md",
+]
 PUBLIC = (header for folder in c_library.PUBLIC for header in folder.rglob("*.h"))
 HEADERS = sorted([*PUBLIC, *ROOT.glob("port/**/*.h")])
 LINES_MAX = 15

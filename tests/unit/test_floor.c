@@ -85,6 +85,8 @@ static void test_a_plan_names_what_is_wrong(void)
     config = usual();
     config.unit_per_count = (double)NAN;
     TEST_ASSERT_EQUAL(DAVAR_FLOOR_ERR_UNIT, davar_floor_plan(&plan, &config));
+    config.unit_per_count = (double)INFINITY;
+    TEST_ASSERT_EQUAL(DAVAR_FLOOR_ERR_UNIT, davar_floor_plan(&plan, &config));
     config = usual();
     config.rail = 0;
     TEST_ASSERT_EQUAL(DAVAR_FLOOR_ERR_RAIL, davar_floor_plan(&plan, &config));
@@ -170,6 +172,29 @@ static void test_why_there_is_no_value(void)
     (void)push_noise(&random, 3000U, 5.0, 0.0);
     TEST_ASSERT_EQUAL(DAVAR_FLOOR_NARROW, result.why);
     TEST_ASSERT_TRUE(isnan(result.value) && !isinf(result.high));
+    memset(&filter, 0, sizeof filter);
+    davar_filter_biquad(&filter, 0.03);
+    TEST_ASSERT_EQUAL(DAVAR_FLOOR_OK, davar_floor_plan(&plan, &config));
+    davar_floor_start(&axis);
+    (void)push_noise(&random, 3000U, 5.0, 0.0);
+    TEST_ASSERT_EQUAL(DAVAR_FLOOR_NARROW, result.why);
+    TEST_ASSERT_TRUE(isinf(result.high));
+}
+
+static void test_a_take_between_results_has_a_value_too(void)
+{
+    random_t random = random_seeded(10U);
+    (void)push_noise(&random, 2000U, 5.0, 0.0);
+    const davar_floor_result_t before = result;
+    (void)davar_floor_push(&axis, &plan, 3);
+    for (unsigned n = 0U; n < 300U; n++) {
+        if (davar_floor_push(&axis, &plan, (int32_t)lrint(5.0 * random_gauss(&random)))) {
+            davar_floor_take(&axis, &plan, &result);
+            TEST_ASSERT_TRUE(result.value < before.value || result.value > before.value);
+        }
+    }
+    davar_floor_take(&axis, &plan, &result); /* of the blocks that are there */
+    TEST_ASSERT_EQUAL(DAVAR_FLOOR_VALUE, result.why);
 }
 
 static void test_no_segment_spans_a_gap_and_the_window_stays(void)
@@ -296,6 +321,7 @@ int main(void)
     RUN_TEST(test_a_result_comes_after_each_block_and_a_value_after_four);
     RUN_TEST(test_a_line_hides_neither_the_density_nor_where_it_is_quiet);
     RUN_TEST(test_why_there_is_no_value);
+    RUN_TEST(test_a_take_between_results_has_a_value_too);
     RUN_TEST(test_no_segment_spans_a_gap_and_the_window_stays);
     RUN_TEST(test_a_shock_is_left_out_and_a_change_is_not);
     RUN_TEST(test_a_result_that_is_not_taken_is_lost_and_the_next_is_right);

@@ -7,25 +7,26 @@
 
 #include <string.h>
 
-#define BINS DAVAR_FLOOR_BINS
-#define BLOCKS DAVAR_FLOOR_BLOCKS
+#define FLOOR_BINS DAVAR_FLOOR_BINS
+#define FLOOR_BLOCKS DAVAR_FLOOR_BLOCKS
 
-#define SHOCK 16.0F               /* times the usual level of a segment, */
-#define SHOCKS_IN_A_ROW 3         /* ... up to so many; then it is a change */
-#define NEXT (4.0F / 9.0F)        /* correlation of neighbouring frequencies, by the window, */
-#define AFTER_NEXT (1.0F / 36.0F) /* ... and of segments that overlap by half, or two apart */
-#define BROUGHT_BACK 0.07F        /* of the bias of choosing, by segments that overlap (14.4) */
-#define IN_COMMON 0.43F           /* correlation of the two measures, if they choose apart (14.5) */
-#define WRONG_CHOICE 0.0009F      /* variance by wrong choices, relative */
-#define CHANGING_MOST 4.0F        /* variance of the density in the window, relative */
-#define DEGREES_LEAST 8.0F
-#define COARSE 1.5F  /* times the variance of rounding, below which that hides the noise */
-#define DITHER 0.29F /* half the mean square step of a count, below which rounding is not white */
-#define USABLE_LEAST 8U /* frequencies, below which not even a limit is there */
-#define NORMAL_95 1.96F
-#define CUBE_LEAST 1e-4F
-#define ROOT_LEAST 1e-30F
-#define QUARTER_MOST 8U
+#define FLOOR_SHOCK 16.0F        /* times the usual level of a segment, */
+#define FLOOR_SHOCKS_IN_A_ROW 3  /* ... up to so many; then it is a change */
+#define FLOOR_NEXT (4.0F / 9.0F) /* correlation of neighbouring frequencies, by the window, */
+#define FLOOR_AFTER_NEXT (1.0F / 36.0F) /* ... and of segments that overlap by half, or two apart */
+#define FLOOR_BROUGHT_BACK 0.07F /* of the bias of choosing, by segments that overlap (14.4) */
+#define FLOOR_IN_COMMON 0.43F    /* correlation of the two measures, if they choose apart (14.5) */
+#define FLOOR_WRONG_CHOICE 0.0009F /* variance by wrong choices, relative */
+#define FLOOR_CHANGING_MOST 4.0F   /* variance of the density in the window, relative */
+#define FLOOR_DEGREES_LEAST 8.0F
+#define FLOOR_COARSE 1.5F /* times the variance of rounding, below which that hides the noise */
+#define FLOOR_DITHER                                                                               \
+    0.29F /* half the mean square step of a count, below which rounding is not white */
+#define FLOOR_USABLE_LEAST 8U /* frequencies, below which not even a limit is there */
+#define FLOOR_NORMAL_95 1.96F
+#define FLOOR_CUBE_LEAST 1e-4F
+#define FLOOR_ROOT_LEAST 1e-30F
+#define FLOOR_QUARTER_MOST 8U
 
 /* --- samples in ------------------------------------------------------------------------------- */
 
@@ -45,7 +46,7 @@ void davar_floor_start(davar_floor_t *floor)
 /* The window moves on by a block. Its sums are written, not added to, by its first segments. */
 static void begin_block(davar_floor_t *floor)
 {
-    const uint32_t k = (floor->block + 1U) % BLOCKS;
+    const uint32_t k = (floor->block + 1U) % FLOOR_BLOCKS;
     floor->is_due = false;
     floor->block = (uint8_t)k;
     floor->level[k] = 0.0F;
@@ -55,7 +56,7 @@ static void begin_block(davar_floor_t *floor)
     floor->clipped[k] = 0U;
 }
 
-static float quiet_level(const davar_floor_t *floor, const float power[BINS])
+static float quiet_level(const davar_floor_t *floor, const float power[FLOOR_BINS])
 {
     float level = 0.0F;
     for (uint32_t i = 0U; i < floor->quiet_count; i++) {
@@ -68,18 +69,18 @@ static float quiet_level(const davar_floor_t *floor, const float power[BINS])
 static void add_segment(davar_floor_t *floor)
 {
     const uint32_t k = floor->block;
-    float power[BINS];
+    float power[FLOOR_BINS];
     davar_floor_transform(floor->ring, floor->fill, power);
     const float level = quiet_level(floor, power);
-    if ((floor->quiet_count > 0U) && (level > SHOCK * floor->usual) &&
-        (floor->refused < SHOCKS_IN_A_ROW)) {
+    if ((floor->quiet_count > 0U) && (level > FLOOR_SHOCK * floor->usual) &&
+        (floor->refused < FLOOR_SHOCKS_IN_A_ROW)) {
         floor->refused++;
         floor->shocks[k]++;
         return;
     }
     float *const sum = floor->sum[k][floor->is_odd ? 1 : 0];
     const float keep = (floor->taken[k] < 2U) ? 0.0F : 1.0F;
-    for (uint32_t b = 0U; b < BINS; b++) {
+    for (uint32_t b = 0U; b < FLOOR_BINS; b++) {
         sum[b] = keep * sum[b] + power[b];
     }
     floor->refused = 0U;
@@ -95,14 +96,13 @@ DAVAR_APART static bool end_segment(davar_floor_t *floor, const davar_floor_plan
     if (floor->is_due) {
         begin_block(floor);
     }
-    uint16_t *const clipped = &floor->clipped[floor->block];
-    const uint32_t sum = *clipped + floor->beyond;
-    *clipped = (uint16_t)((sum < UINT16_MAX) ? sum : UINT16_MAX);
+    floor->clipped[floor->block] += floor->beyond;
     floor->beyond = 0U;
     floor->wait = FLOOR_HOP;
     add_segment(floor);
     floor->is_due = (floor->taken[floor->block] + floor->shocks[floor->block]) >= plan->segments;
-    floor->full = (uint8_t)(floor->full + ((floor->is_due && (floor->full < BLOCKS)) ? 1U : 0U));
+    floor->full =
+        (uint8_t)(floor->full + ((floor->is_due && (floor->full < FLOOR_BLOCKS)) ? 1U : 0U));
     return floor->is_due;
 }
 
@@ -124,8 +124,8 @@ bool davar_floor_push(davar_floor_t *floor, const davar_floor_plan_t *plan, int3
 
 /* The window: densities of both halves without the filter, in counts squared. */
 typedef struct {
-    float half[2][BINS];
-    float mean[BINS];
+    float half[2][FLOOR_BINS];
+    float mean[FLOOR_BINS];
     float segments;
     float level;
     float square;
@@ -136,11 +136,11 @@ static void read_blocks(const davar_floor_t *floor, const davar_floor_plan_t *pl
 {
     uint32_t clipped = 0U;
     uint32_t shocks = 0U;
-    float is_counted[BLOCKS]; /* a block of shocks is not */
+    float is_counted[FLOOR_BLOCKS]; /* a block of shocks is not */
     window->segments = 0.0F;
     window->level = 0.0F;
     window->square = 0.0F;
-    for (uint32_t k = 0U; k < BLOCKS; k++) {
+    for (uint32_t k = 0U; k < FLOOR_BLOCKS; k++) {
         is_counted[k] = (floor->taken[k] < 2U) ? 0.0F : 1.0F;
         window->segments += is_counted[k] * (float)floor->taken[k];
         window->level += is_counted[k] * floor->level[k];
@@ -149,14 +149,14 @@ static void read_blocks(const davar_floor_t *floor, const davar_floor_plan_t *pl
         clipped += floor->clipped[k];
     }
     result->shocks = (uint16_t)shocks;
-    result->clipped = (uint16_t)((clipped < UINT16_MAX) ? clipped : UINT16_MAX);
+    result->clipped = clipped;
     /* Each half has half of the segments; the transform is four times the power. */
     const float scale = 2.0F / (4.0F * FLOOR_ENERGY * window->segments);
-    for (uint32_t b = 0U; b < BINS; b++) {
+    for (uint32_t b = 0U; b < FLOOR_BINS; b++) {
         const float weight = scale * plan->weight[b];
         for (uint32_t h = 0U; h < 2U; h++) {
             float sum = 0.0F;
-            for (uint32_t k = 0U; k < BLOCKS; k++) {
+            for (uint32_t k = 0U; k < FLOOR_BLOCKS; k++) {
                 sum += is_counted[k] * floor->sum[k][h][b];
             }
             window->half[h][b] = weight * sum;
@@ -167,26 +167,26 @@ static void read_blocks(const davar_floor_t *floor, const davar_floor_plan_t *pl
 
 /* The frequencies that a half of the window chooses. */
 typedef struct {
-    uint8_t place[QUARTER_MOST];
+    uint8_t place[FLOOR_QUARTER_MOST];
     uint32_t mask;
 } choice_t;
 
 /* A frequency smoothed with its usable neighbours. */
-static float smoothed(const davar_floor_plan_t *plan, const float y[BINS], uint32_t b)
+static float smoothed(const davar_floor_plan_t *plan, const float y[FLOOR_BINS], uint32_t b)
 {
     const uint32_t below = ((b > 0U) && (plan->weight[b - 1U] > 0.0F)) ? (b - 1U) : b;
-    const uint32_t above = ((b + 1U < BINS) && (plan->weight[b + 1U] > 0.0F)) ? (b + 1U) : b;
+    const uint32_t above = ((b + 1U < FLOOR_BINS) && (plan->weight[b + 1U] > 0.0F)) ? (b + 1U) : b;
     return 0.25F * (y[below] + y[above]) + 0.5F * y[b];
 }
 
 /* The n quietest of the usable frequencies, by insertion. */
-static void choose_quarter(const davar_floor_plan_t *plan, const float y[BINS], uint32_t n,
+static void choose_quarter(const davar_floor_plan_t *plan, const float y[FLOOR_BINS], uint32_t n,
                            choice_t *choice)
 {
-    float least[QUARTER_MOST] = {0.0F};
+    float least[FLOOR_QUARTER_MOST] = {0.0F};
     uint32_t count = 0U;
     choice->mask = 0U;
-    for (uint32_t b = 0U; b < BINS; b++) {
+    for (uint32_t b = 0U; b < FLOOR_BINS; b++) {
         const float here = smoothed(plan, y, b);
         if (!(plan->weight[b] > 0.0F) || ((count == n) && !(here < least[n - 1U]))) {
             continue;
@@ -217,7 +217,7 @@ static float choice_variance(const window_t *window, const choice_t *choice, uin
         const float after = ((above & 4U) != 0U) ? window->mean[b + 2U] : 0.0F;
         const float y = window->mean[b];
         sum += y;
-        squares += y * (y + 2.0F * NEXT * next + 2.0F * AFTER_NEXT * after);
+        squares += y * (y + 2.0F * FLOOR_NEXT * next + 2.0F * FLOOR_AFTER_NEXT * after);
     }
     return (sum > 0.0F) ? (squares / (sum * sum)) : 0.0F;
 }
@@ -236,8 +236,7 @@ typedef struct {
 static measure_t measure_quarter(const davar_floor_plan_t *plan, const window_t *window,
                                  davar_floor_result_t *result)
 {
-    const uint32_t quarter = (plan->usable + 2U) / 4U;
-    measure_t found = {.n = (quarter > 2U) ? quarter : 2U};
+    measure_t found = {.n = (plan->usable + 2U) / 4U};
     choice_t choice[2];
     const float weight = 0.5F / (float)found.n;
     float own = 0.0F;
@@ -258,7 +257,7 @@ static measure_t measure_quarter(const davar_floor_plan_t *plan, const window_t 
     for (; both != 0U; both &= both - 1U) {
         found.common += 2.0F * weight;
     }
-    found.density = weight * (crossed + BROUGHT_BACK * (crossed - own));
+    found.density = weight * (crossed + FLOOR_BROUGHT_BACK * (crossed - own));
     found.rounding *= weight / 12.0F;
     found.quiet = choice[0].mask | choice[1].mask;
     result->where = weight * (float)places / (float)FLOOR_SEGMENT;
@@ -276,7 +275,7 @@ static void look_around(davar_floor_t *floor, const davar_floor_plan_t *plan,
     float all = 0.0F;
     float quiet = 0.0F;
     floor->quiet_count = 0U;
-    for (uint32_t b = 0U; b < BINS; b++) {
+    for (uint32_t b = 0U; b < FLOOR_BINS; b++) {
         if (plan->weight[b] > 0.0F) {
             const float power = window->mean[b] / plan->weight[b];
             near += (window->mean[b] < most) ? 1U : 0U;
@@ -309,16 +308,16 @@ static float floor_degrees(const measure_t *found, float segments, float change)
 {
     const float agreed = (found->common - 0.25F) / 0.75F;
     const float apart = (agreed < 1.0F) ? (1.0F - ((agreed > 0.0F) ? agreed : 0.0F)) : 0.0F;
-    const float most = (change < CHANGING_MOST) ? change : CHANGING_MOST;
-    const float back = (1.0F + BROUGHT_BACK) * (1.0F + BROUGHT_BACK);
-    const float variance = found->variance * ((1.0F + 2.0F * AFTER_NEXT) / segments) *
-                           (1.0F + IN_COMMON * apart) * back * (1.0F + most);
-    return 2.0F / (variance + WRONG_CHOICE);
+    const float most = (change < FLOOR_CHANGING_MOST) ? change : FLOOR_CHANGING_MOST;
+    const float back = (1.0F + FLOOR_BROUGHT_BACK) * (1.0F + FLOOR_BROUGHT_BACK);
+    const float variance = found->variance * ((1.0F + 2.0F * FLOOR_AFTER_NEXT) / segments) *
+                           (1.0F + FLOOR_IN_COMMON * apart) * back * (1.0F + most);
+    return 2.0F / (variance + FLOOR_WRONG_CHOICE);
 }
 
 static float floor_root(float x)
 {
-    return (x > ROOT_LEAST) ? scaled_to_float(davar_scaled_root(scaled_of_float(x))) : 0.0F;
+    return (x > FLOOR_ROOT_LEAST) ? scaled_to_float(davar_scaled_root(scaled_of_float(x))) : 0.0F;
 }
 
 /* Density over that of one limit, after Wilson and Hilferty. */
@@ -327,14 +326,14 @@ static float floor_limit(float degrees, float sigmas)
     const float part = 2.0F / (9.0F * degrees);
     const float third = 1.0F - part + sigmas * floor_root(part);
     const float cube = third * third * third;
-    return 1.0F / ((cube > CUBE_LEAST) ? cube : CUBE_LEAST);
+    return 1.0F / ((cube > FLOOR_CUBE_LEAST) ? cube : FLOOR_CUBE_LEAST);
 }
 
 static davar_floor_why_t floor_why(const davar_floor_t *floor, const davar_floor_plan_t *plan,
                                    const measure_t *found, const davar_floor_result_t *result,
                                    float degrees)
 {
-    if (floor->full < BLOCKS) {
+    if (floor->full < FLOOR_BLOCKS) {
         return DAVAR_FLOOR_FILLING;
     }
     if (result->clipped > 0U) {
@@ -346,10 +345,10 @@ static davar_floor_why_t floor_why(const davar_floor_t *floor, const davar_floor
     if (plan->usable < DAVAR_FLOOR_NEEDED) {
         return DAVAR_FLOOR_NARROW;
     }
-    if ((found->density < COARSE * found->rounding) || (found->step < DITHER)) {
+    if ((found->density < FLOOR_COARSE * found->rounding) || (found->step < FLOOR_DITHER)) {
         return DAVAR_FLOOR_COARSE;
     }
-    return (degrees < DEGREES_LEAST) ? DAVAR_FLOOR_UNSTEADY : DAVAR_FLOOR_VALUE;
+    return (degrees < FLOOR_DEGREES_LEAST) ? DAVAR_FLOOR_UNSTEADY : DAVAR_FLOOR_VALUE;
 }
 
 static void write_floor(const davar_floor_plan_t *plan, const measure_t *found, float degrees,
@@ -359,8 +358,8 @@ static void write_floor(const davar_floor_plan_t *plan, const measure_t *found, 
     const bool has_high = (result->why != DAVAR_FLOOR_FILLING) &&
                           (result->why != DAVAR_FLOOR_CLIPPED) &&
                           (result->why != DAVAR_FLOOR_STILL);
-    const float low = found->density * floor_limit(degrees, NORMAL_95) - found->rounding;
-    const float high = found->density * floor_limit(degrees, -NORMAL_95);
+    const float low = found->density * floor_limit(degrees, FLOOR_NORMAL_95) - found->rounding;
+    const float high = found->density * floor_limit(degrees, -FLOOR_NORMAL_95);
     const float rounding = has_value ? found->rounding : 0.0F;
     result->value = has_value ? (plan->unit * floor_root(found->density - found->rounding)) : NAN;
     result->low = has_value ? (plan->unit * floor_root(low)) : 0.0F;
@@ -375,8 +374,9 @@ void davar_floor_take(davar_floor_t *floor, const davar_floor_plan_t *plan,
     result->share = 0.0F;
     result->unsteady = 0.0F;
     read_blocks(floor, plan, &window, result);
-    if (!(window.segments > 0.0F) || (plan->usable < USABLE_LEAST)) {
-        result->why = (plan->usable < USABLE_LEAST) ? DAVAR_FLOOR_NARROW : DAVAR_FLOOR_FILLING;
+    if (!(window.segments > 0.0F) || (plan->usable < FLOOR_USABLE_LEAST)) {
+        result->why =
+            (plan->usable < FLOOR_USABLE_LEAST) ? DAVAR_FLOOR_NARROW : DAVAR_FLOOR_FILLING;
         result->value = NAN;
         result->low = 0.0F;
         result->high = HUGE_VALF;

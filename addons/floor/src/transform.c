@@ -57,11 +57,13 @@ static void middle_stages(float *z)
         const float s = davar_floor_sine[8U * k];
         const float d = floor_cosine(4U * k);
         const float t = davar_floor_sine[4U * k];
+        const float u = -s; /* sums only: gcc fuses a product with a difference of such a pair */
+        const float v = -t;
         for (float *p = z + 2U * k; p < z + FLOOR_SEGMENT; p += 32) {
             const float one_r = p[8] * c + p[9] * s;
-            const float one_i = p[9] * c - p[8] * s;
+            const float one_i = p[9] * c + p[8] * u;
             const float three_r = p[24] * c + p[25] * s;
-            const float three_i = p[25] * c - p[24] * s;
+            const float three_i = p[25] * c + p[24] * u;
             const float even_r = p[0] + one_r;
             const float even_i = p[1] + one_i;
             const float odd_r = p[0] - one_r;
@@ -71,9 +73,9 @@ static void middle_stages(float *z)
             const float less_r = p[16] - three_r;
             const float less_i = p[17] - three_i;
             const float two_r = more_r * d + more_i * t;
-            const float two_i = more_i * d - more_r * t;
+            const float two_i = more_i * d + more_r * v;
             const float four_r = less_r * d + less_i * t;
-            const float four_i = less_i * d - less_r * t;
+            const float four_i = less_i * d + less_r * v;
             p[0] = even_r + two_r;
             p[1] = even_i + two_i;
             p[16] = even_r - two_r;
@@ -91,8 +93,9 @@ static void last_stage(float *z)
 {
     float *p = z;
     for (const float *s = davar_floor_sine; s < davar_floor_sine + FLOOR_HOP; s += 2) {
+        const float u = -s[0];
         const float r = p[32] * s[16] + p[33] * s[0];
-        const float i = p[33] * s[16] - p[32] * s[0];
+        const float i = p[33] * s[16] + p[32] * u;
         p[32] = p[0] - r;
         p[33] = p[1] - i;
         p[0] += r;
@@ -132,8 +135,9 @@ void davar_floor_transform(const float ring[FLOOR_SEGMENT], size_t oldest, float
         const float odd_i = b[0] - a[0];
         const float c = floor_cosine(k);
         const float s = davar_floor_sine[k];
+        const float u = -s;
         const float r = odd_r * c + odd_i * s;
-        const float i = odd_i * c - odd_r * s;
+        const float i = odd_i * c + odd_r * u;
         power[k - 1U] = (even_r + r) * (even_r + r) + (even_i + i) * (even_i + i);
         power[31U - k] = (even_r - r) * (even_r - r) + (even_i - i) * (even_i - i);
     }

@@ -97,7 +97,7 @@ typedef struct {
     float share;           /**< of the usable frequencies, how many are within twice the density */
     float unsteady;  /**< relative standard deviation of the density in the window, beyond chance */
     uint16_t shocks; /**< segments of 64 samples that were omitted as shocks */
-    uint16_t clipped; /**< samples at the rail, at most 65535 */
+    uint32_t clipped; /**< samples at the rail */
 } davar_floor_result_t;
 
 /** A window of one axis. Fields are private. */
@@ -112,7 +112,7 @@ typedef struct {
     float level[DAVAR_FLOOR_BLOCKS];  /* of the quiet frequencies: sums over segments, */
     float square[DAVAR_FLOOR_BLOCKS]; /* ... and of squares */
     float usual;                      /* that level of a segment, in the newest result */
-    uint16_t clipped[DAVAR_FLOOR_BLOCKS];
+    uint32_t clipped[DAVAR_FLOOR_BLOCKS];
     uint16_t taken[DAVAR_FLOOR_BLOCKS]; /* segments */
     uint16_t shocks[DAVAR_FLOOR_BLOCKS];
     uint8_t quiet[16]; /* frequencies */

@@ -4,9 +4,9 @@
 #include "floor_transform.h"
 #include "number/real.h"
 
-#define PASSED_LEAST 0.1 /* of the power, by the filter, at a usable frequency */
-#define BLOCK_LEAST 64U
-#define BLOCK_MOST 4096U
+#define FLOOR_PASSED_LEAST 0.1 /* of the power, by the filter, at a usable frequency */
+#define FLOOR_BLOCK_LEAST 64U
+#define FLOOR_BLOCK_MOST 4096U
 
 const char *davar_floor_status_text(davar_floor_status_t status)
 {
@@ -57,8 +57,9 @@ static bool is_usual(double value)
 
 static davar_floor_status_t check_floor(const davar_floor_config_t *config)
 {
-    const bool is_block = (config->block >= BLOCK_LEAST) && (config->block <= BLOCK_MOST) &&
-                          ((config->block % BLOCK_LEAST) == 0U);
+    const bool is_block = (config->block >= FLOOR_BLOCK_LEAST) &&
+                          (config->block <= FLOOR_BLOCK_MOST) &&
+                          ((config->block % FLOOR_BLOCK_LEAST) == 0U);
     if (!is_usual(config->rate_hz)) {
         return DAVAR_FLOOR_ERR_RATE;
     }
@@ -101,7 +102,7 @@ davar_floor_status_t davar_floor_plan(davar_floor_plan_t *plan, const davar_floo
     }
     plan->usable = 0U;
     for (uint32_t b = 0U; b < DAVAR_FLOOR_BINS; b++) {
-        const bool is_usable = passes[b + 1U] >= PASSED_LEAST;
+        const bool is_usable = passes[b + 1U] >= FLOOR_PASSED_LEAST;
         const double weight = 1.0 / smeared(through, b + 1U);
         plan->weight[b] = is_usable ? (float)weight : 0.0F;
         plan->passed[b] = is_usable ? (float)(weight * smeared(difference, b + 1U)) : 0.0F;
