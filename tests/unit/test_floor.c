@@ -310,9 +310,23 @@ static void test_three_flights_and_eight_windows_are_needed(void)
     TEST_ASSERT_LESS_OR_EQUAL(64U, sizeof baseline);
 }
 
+static void test_after_many_flights_the_baseline_follows_slowly(void)
+{
+    random_t random = random_seeded(11U);
+    davar_floor_baseline_t baseline = {.mean = {0.0F}};
+    for (unsigned f = 0U; f < 200U; f++) {
+        const davar_floor_flight_t flight = flown(&random, (f < 100U) ? 1.0 : 2.0);
+        davar_floor_baseline_add(&baseline, &flight);
+    }
+    const double followed = 2.0 - pow(0.99, 100.0); /* in units of the first hundred */
+    TEST_ASSERT_EQUAL_UINT16(100U, baseline.flights[0]);
+    TEST_ASSERT_DOUBLE_WITHIN(0.1, followed * exp(0.3 * 0.3 / 2.0), (double)baseline.mean[0]);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(test_after_many_flights_the_baseline_follows_slowly);
     RUN_TEST(test_a_flight_is_louder_than_the_scatter_of_flights);
     RUN_TEST(test_three_flights_and_eight_windows_are_needed);
     RUN_TEST(test_the_transform_is_that_of_the_definition);

@@ -19,11 +19,6 @@ static float student_of(uint32_t freedom)
     return (freedom - 2U < count) ? student[freedom - 2U] : beyond;
 }
 
-static float baseline_root(float x)
-{
-    return (x > 1e-30F) ? scaled_to_float(davar_scaled_root(scaled_of_float(x))) : 0.0F;
-}
-
 void davar_floor_flight_add(davar_floor_flight_t *flight, uint32_t band,
                             const davar_floor_result_t *result)
 {
@@ -41,7 +36,8 @@ static float scatter_of_flight(const davar_floor_baseline_t *baseline, uint32_t 
     const float mean = baseline->mean[band];
     const float own = baseline->square[band] / ((flights - 1.0F) * mean * mean);
     const float least = FLOOR_SCATTER_LEAST * FLOOR_SCATTER_LEAST;
-    return baseline_root(((own > least) ? own : least) * (1.0F + 1.0F / flights));
+    const float square = ((own > least) ? own : least) * (1.0F + 1.0F / flights);
+    return scaled_to_float(davar_scaled_root(scaled_of_float(square)));
 }
 
 /* Bands of a flight that is louder are louder together, so their scatter does not average out. */
