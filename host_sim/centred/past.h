@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 typedef struct {
-    uint32_t level[2]; /* of the first sum of two windows, half a window apart; 0: none */
+    uint32_t level[2]; /* of the first sum of two windows, half a window apart; 0: not yet */
     uint32_t wait;     /* samples until the next one is kept */
 } past_t;
 

@@ -20,13 +20,21 @@ static davar_floor_config_t config_of(const engine_t *engine, size_t c)
 }
 
 bool floors_open(floors_t *floors, const options_t *options, const engine_t *engine,
-                 sim_error_t *error)
+                 const selection_t *selection, sim_error_t *error)
 {
     if (!options->floor) {
         return true;
     }
     if (engine->number == DAVAR_PORT_F32) {
         return sim_fail(error, "--floor: needs counts, so not --arith float");
+    }
+    for (size_t c = 0; c < engine->count; c++) {
+        if (engine->filters[c] == NULL) {
+            return sim_fail(error,
+                            "--floor: %s: the filter is unknown, and the floor reads too low "
+                            "where it is; give --bandwidth FILTER, or none for raw samples",
+                            selection->name[c]);
+        }
     }
     floors->count = engine->count;
     floors->number = engine->number;

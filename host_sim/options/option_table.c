@@ -223,8 +223,9 @@ static const option_t OUTPUT[] = {
      "run on a device: COMMAND JOB RESULTS (see port/job/davar_job.h\n"
      "and tools/davar-mcu)"},
     {"floor", NULL, read_flag, AT(floor),
-     "also the noise between rotor lines and motion (docs/FLIGHT.md): adds\n"
-     "floor_deg_per_sqrt_h, its 95 % limits, and floor_why (0: it has a value)"},
+     "also the noise between rotor lines and motion (docs/FLIGHT.md):\n"
+     "adds floor_deg_per_sqrt_h, its 95 % limits, and floor_why (0: it has\n"
+     "a value). It needs --bandwidth"},
     {"details", NULL, read_flag, AT(details),
      "more columns: intervals of ADEVs and coefficients, difference counts,\n"
      "gaps, coarse, upper bounds of absent coefficients, the cluster sizes that ARW is from\n"

@@ -37,7 +37,7 @@ static float scatter_of_flight(const davar_floor_baseline_t *baseline, uint32_t 
     const float own = baseline->square[band] / ((flights - 1.0F) * mean * mean);
     const float least = FLOOR_SCATTER_LEAST * FLOOR_SCATTER_LEAST;
     const float square = ((own > least) ? own : least) * (1.0F + 1.0F / flights);
-    return scaled_to_float(davar_scaled_root(scaled_of_float(square)));
+    return scaled_root_of_float(square);
 }
 
 /* Bands of a flight that is louder are louder together, so their scatter does not average out. */

@@ -25,7 +25,6 @@
 #define FLOOR_USABLE_LEAST 8U /* frequencies, below which not even a limit is there */
 #define FLOOR_NORMAL_95 1.96F
 #define FLOOR_CUBE_LEAST 1e-4F
-#define FLOOR_ROOT_LEAST 1e-30F
 #define FLOOR_QUARTER_MOST 8U
 
 /* --- samples in ------------------------------------------------------------------------------- */
@@ -65,12 +64,17 @@ static float quiet_level(const davar_floor_t *floor, const float power[FLOOR_BIN
     return level;
 }
 
-/* Adds a periodogram to one of the halves of its block. */
-static void add_segment(davar_floor_t *floor)
+/* Adds a periodogram to one of the halves of its block. A segment without any difference is that of
+ * a stuck sensor, until it has left the window. */
+static void add_segment(davar_floor_t *floor, uint32_t segments)
 {
     const uint32_t k = floor->block;
     float power[FLOOR_BINS];
     davar_floor_transform(floor->ring, floor->fill, power);
+    floor->still -= (floor->still > 0U) ? 1U : 0U;
+    if (!((power[0] > 0.0F) || (power[15] > 0.0F))) {
+        floor->still = FLOOR_BLOCKS * segments;
+    }
     const float level = quiet_level(floor, power);
     if ((floor->quiet_count > 0U) && (level > FLOOR_SHOCK * floor->usual) &&
         (floor->refused < FLOOR_SHOCKS_IN_A_ROW)) {
@@ -99,7 +103,7 @@ DAVAR_APART static bool end_segment(davar_floor_t *floor, const davar_floor_plan
     floor->clipped[floor->block] += floor->beyond;
     floor->beyond = 0U;
     floor->wait = FLOOR_HOP;
-    add_segment(floor);
+    add_segment(floor, plan->segments);
     floor->is_due = (floor->taken[floor->block] + floor->shocks[floor->block]) >= plan->segments;
     floor->full =
         (uint8_t)(floor->full + ((floor->is_due && (floor->full < FLOOR_BLOCKS)) ? 1U : 0U));
@@ -227,6 +231,7 @@ typedef struct {
     float density;  /* with rounding */
     float rounding; /* part of it */
     float variance; /* relative, of one periodogram */
+    float doubt;    /* relative standard deviation by the filter */
     float common;   /* share of the choices that agree */
     float step;     /* half the mean square difference of two samples */
     uint32_t quiet; /* chosen by either */
@@ -249,6 +254,7 @@ static measure_t measure_quarter(const davar_floor_plan_t *plan, const window_t 
             own += window->half[h][b];
             crossed += window->half[1U - h][b];
             found.rounding += plan->passed[b];
+            found.doubt += plan->doubt[b];
             places += b + 1U;
         }
         found.variance += 0.5F * choice_variance(window, &choice[h], found.n);
@@ -259,6 +265,7 @@ static measure_t measure_quarter(const davar_floor_plan_t *plan, const window_t 
     }
     found.density = weight * (crossed + FLOOR_BROUGHT_BACK * (crossed - own));
     found.rounding *= weight / 12.0F;
+    found.doubt *= weight;
     found.quiet = choice[0].mask | choice[1].mask;
     result->where = weight * (float)places / (float)FLOOR_SEGMENT;
     return found;
@@ -312,19 +319,14 @@ static float floor_degrees(const measure_t *found, float segments, float change)
     const float back = (1.0F + FLOOR_BROUGHT_BACK) * (1.0F + FLOOR_BROUGHT_BACK);
     const float variance = found->variance * ((1.0F + 2.0F * FLOOR_AFTER_NEXT) / segments) *
                            (1.0F + FLOOR_IN_COMMON * apart) * back * (1.0F + most);
-    return 2.0F / (variance + FLOOR_WRONG_CHOICE);
-}
-
-static float floor_root(float x)
-{
-    return (x > FLOOR_ROOT_LEAST) ? scaled_to_float(davar_scaled_root(scaled_of_float(x))) : 0.0F;
+    return 2.0F / (variance + FLOOR_WRONG_CHOICE + found->doubt * found->doubt);
 }
 
 /* Density over that of one limit, after Wilson and Hilferty. */
 static float floor_limit(float degrees, float sigmas)
 {
     const float part = 2.0F / (9.0F * degrees);
-    const float third = 1.0F - part + sigmas * floor_root(part);
+    const float third = 1.0F - part + sigmas * scaled_root_of_float(part);
     const float cube = third * third * third;
     return 1.0F / ((cube > FLOOR_CUBE_LEAST) ? cube : FLOOR_CUBE_LEAST);
 }
@@ -339,7 +341,7 @@ static davar_floor_why_t floor_why(const davar_floor_t *floor, const davar_floor
     if (result->clipped > 0U) {
         return DAVAR_FLOOR_CLIPPED;
     }
-    if (!(found->density > 0.0F)) {
+    if (floor->still > 0U) {
         return DAVAR_FLOOR_STILL;
     }
     if (plan->usable < DAVAR_FLOOR_NEEDED) {
@@ -361,9 +363,10 @@ static void write_floor(const davar_floor_plan_t *plan, const measure_t *found, 
     const float low = found->density * floor_limit(degrees, FLOOR_NORMAL_95) - found->rounding;
     const float high = found->density * floor_limit(degrees, -FLOOR_NORMAL_95);
     const float rounding = has_value ? found->rounding : 0.0F;
-    result->value = has_value ? (plan->unit * floor_root(found->density - found->rounding)) : NAN;
-    result->low = has_value ? (plan->unit * floor_root(low)) : 0.0F;
-    result->high = has_high ? (plan->unit * floor_root(high - rounding)) : HUGE_VALF;
+    result->value =
+        has_value ? (plan->unit * scaled_root_of_float(found->density - found->rounding)) : NAN;
+    result->low = has_value ? (plan->unit * scaled_root_of_float(low)) : 0.0F;
+    result->high = has_high ? (plan->unit * scaled_root_of_float(high - rounding)) : HUGE_VALF;
 }
 
 void davar_floor_take(davar_floor_t *floor, const davar_floor_plan_t *plan,
@@ -387,7 +390,7 @@ void davar_floor_take(davar_floor_t *floor, const davar_floor_plan_t *plan,
     const float change = level_variance(&window, found.variance);
     const float degrees = floor_degrees(&found, window.segments, change);
     look_around(floor, plan, &window, &found, result);
-    result->unsteady = floor_root(change);
+    result->unsteady = scaled_root_of_float(change);
     result->why = floor_why(floor, plan, &found, result, degrees);
     write_floor(plan, &found, degrees, result);
     if (floor->is_due) {

@@ -5,6 +5,7 @@
 #include "number/real.h"
 
 #define FLOOR_PASSED_LEAST 0.1 /* of the power, by the filter, at a usable frequency */
+#define FLOOR_DOUBT_MOST 0.3   /* standard error of the density there, by the filter, relative */
 #define FLOOR_BLOCK_LEAST 64U
 #define FLOOR_BLOCK_MOST 4096U
 
@@ -36,7 +37,8 @@ const char *davar_floor_why_text(davar_floor_why_t why)
     case DAVAR_FLOOR_FILLING:
         return "the window is filling: wait for four blocks";
     case DAVAR_FLOOR_NARROW:
-        return "the filter leaves too few frequencies: give samples before it";
+        return "the filter leaves too few frequencies, or is known too little: give samples before "
+               "it";
     case DAVAR_FLOOR_CLIPPED:
         return "counts at the end of the range: use a larger range";
     case DAVAR_FLOOR_COARSE:
@@ -44,7 +46,7 @@ const char *davar_floor_why_text(davar_floor_why_t why)
     case DAVAR_FLOOR_UNSTEADY:
         return "the noise changes within the window: use a shorter block";
     case DAVAR_FLOOR_STILL:
-        return "no count changes: check the sensor";
+        return "no count changes in 64 samples: check the sensor";
     default:
         return "unknown reason";
     }
@@ -83,6 +85,32 @@ static double smeared(const double at[DAVAR_FLOOR_BINS + 2U], uint32_t k)
     return (at[k - 1U] + 4.0 * at[k] + at[k + 1U]) / 6.0;
 }
 
+/* Power gain at k 64ths of the rate, if the filter is `factor` as wide as declared. */
+static double passes_at(const davar_filter_t *filter, uint32_t k, double factor)
+{
+    const double frequency = (double)k / (factor * (double)FLOOR_SEGMENT);
+    return (filter == NULL) ? 1.0 : davar_filter_power(filter, (frequency < 0.5) ? frequency : 0.5);
+}
+
+/* Relative standard error of the density of a frequency, by the filter (14.3): that of a digital
+ * filter, or of one that is analogue, has as many poles and is sampled, if it is larger. */
+static double doubt_at(const davar_filter_t *filter, uint32_t k)
+{
+    double poles = 0.0;
+    if (filter == NULL) {
+        return 0.0;
+    }
+    for (uint32_t i = 1U; i <= DAVAR_FILTER_POLES; i++) {
+        poles = ((filter->a[i] > 0.0) || (filter->a[i] < 0.0)) ? (double)i : poles;
+    }
+    const double step = filter->uncertainty;
+    const double wider = passes_at(filter, k, 1.0 + step);
+    const double narrower = passes_at(filter, k, 1.0 - step);
+    const double digital = (wider - narrower) / (wider + narrower);
+    const double analogue = step * 2.0 * poles * (1.0 - passes_at(filter, k, 1.0));
+    return ((digital > analogue) ? digital : analogue) + 2.0 * filter->level;
+}
+
 davar_floor_status_t davar_floor_plan(davar_floor_plan_t *plan, const davar_floor_config_t *config)
 {
     const davar_floor_status_t status = check_floor(config);
@@ -93,19 +121,19 @@ davar_floor_status_t davar_floor_plan(davar_floor_plan_t *plan, const davar_floo
         return status;
     }
     for (uint32_t k = 0U; k <= DAVAR_FLOOR_BINS + 1U; k++) {
-        passes[k] = 1.0;
-        if (config->filter != NULL) {
-            passes[k] = davar_filter_power(config->filter, (double)k / (double)FLOOR_SEGMENT);
-        }
+        passes[k] = passes_at(config->filter, k, 1.0);
         difference[k] = 2.0 - 2.0 * (double)floor_cosine(k);
         through[k] = difference[k] * passes[k];
     }
     plan->usable = 0U;
     for (uint32_t b = 0U; b < DAVAR_FLOOR_BINS; b++) {
-        const bool is_usable = passes[b + 1U] >= FLOOR_PASSED_LEAST;
+        const double doubt = doubt_at(config->filter, b + 1U);
+        const bool is_usable =
+            (passes[b + 1U] >= FLOOR_PASSED_LEAST) && (doubt <= FLOOR_DOUBT_MOST);
         const double weight = 1.0 / smeared(through, b + 1U);
         plan->weight[b] = is_usable ? (float)weight : 0.0F;
         plan->passed[b] = is_usable ? (float)(weight * smeared(difference, b + 1U)) : 0.0F;
+        plan->doubt[b] = (float)doubt;
         plan->usable = (uint8_t)(plan->usable + (is_usable ? 1U : 0U));
     }
     plan->unit = (float)(60.0 * config->unit_per_count / davar_root(config->rate_hz));

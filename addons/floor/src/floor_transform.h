@@ -11,10 +11,10 @@
 #define FLOOR_HOP (FLOOR_SEGMENT / 2U)
 #define FLOOR_ENERGY 24.0F /* of the window: sum of its squares */
 
-/* sin(2 pi k / 64), k = 0 to 48 */
-extern const float davar_floor_sine[49];
+/* sin(2 pi k / 64), k = 0 to 52 */
+extern const float davar_floor_sine[53];
 
-static inline float floor_cosine(size_t k) /* 0 to 32 */
+static inline float floor_cosine(size_t k) /* 0 to 36 */
 {
     return davar_floor_sine[k + 16U];
 }

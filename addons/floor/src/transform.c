@@ -1,7 +1,7 @@
 /* davar - floor: a real transform of 64 samples as a complex one of 32 (14.1). */
 #include "floor_transform.h"
 
-const float davar_floor_sine[49] = {
+const float davar_floor_sine[53] = {
     0.0F,          0.0980171403F, 0.195090322F,  0.290284677F,   0.382683432F,  0.471396737F,
     0.555570233F,  0.634393284F,  0.707106781F,  0.773010453F,   0.831469612F,  0.881921264F,
     0.923879533F,  0.956940336F,  0.98078528F,   0.995184727F,   1.0F,          0.995184727F,
@@ -10,7 +10,7 @@ const float davar_floor_sine[49] = {
     0.195090322F,  0.0980171403F, 0.0F,          -0.0980171403F, -0.195090322F, -0.290284677F,
     -0.382683432F, -0.471396737F, -0.555570233F, -0.634393284F,  -0.707106781F, -0.773010453F,
     -0.831469612F, -0.881921264F, -0.923879533F, -0.956940336F,  -0.98078528F,  -0.995184727F,
-    -1.0F};
+    -1.0F,         -0.995184727F, -0.98078528F,  -0.956940336F,  -0.923879533F};
 
 /* The Hann window at half samples: it is even, so half of it is enough. */
 static const float hann[FLOOR_HOP] = {
@@ -26,64 +26,59 @@ static const uint8_t reversed[FLOOR_HOP] = {0,  16, 8,  24, 4,  20, 12, 28, 2,  
                                             26, 6,  22, 14, 30, 1,  17, 9,  25, 5,  21,
                                             13, 29, 3,  19, 11, 27, 7,  23, 15, 31};
 
-/* Two stages without products, of four complex numbers. */
+/* The transform of four complex numbers, without products; they are `step` floats apart, and the
+ * second and the third are exchanged. */
+static inline void transform_four(float *p, size_t step)
+{
+    float *const q = p + step;
+    float *const r = q + step;
+    float *const s = r + step;
+    const float sum_r = p[0] + q[0];
+    const float sum_i = p[1] + q[1];
+    const float off_r = p[0] - q[0];
+    const float off_i = p[1] - q[1];
+    const float other_r = r[0] + s[0];
+    const float other_i = r[1] + s[1];
+    const float apart_r = r[0] - s[0];
+    const float apart_i = r[1] - s[1];
+    p[0] = sum_r + other_r;
+    p[1] = sum_i + other_i;
+    r[0] = sum_r - other_r;
+    r[1] = sum_i - other_i;
+    q[0] = off_r + apart_i;
+    q[1] = off_i - apart_r;
+    s[0] = off_r - apart_i;
+    s[1] = off_i + apart_r;
+}
+
+/* Turns a number back by k 64ths of a turn. Sums only: gcc fuses a product with the difference of
+ * such a pair. */
+static inline void turn(float *z, size_t k)
+{
+    const float c = floor_cosine(k);
+    const float s = davar_floor_sine[k];
+    const float u = -s;
+    const float r = z[0] * c + z[1] * s;
+    z[1] = z[1] * c + z[0] * u;
+    z[0] = r;
+}
+
 static void first_stages(float *z)
 {
-    for (float *p = z; p < z + FLOOR_SEGMENT; p += 8) {
-        const float sum_r = p[0] + p[2];
-        const float sum_i = p[1] + p[3];
-        const float off_r = p[0] - p[2];
-        const float off_i = p[1] - p[3];
-        const float other_r = p[4] + p[6];
-        const float other_i = p[5] + p[7];
-        const float apart_r = p[4] - p[6];
-        const float apart_i = p[5] - p[7];
-        p[0] = sum_r + other_r;
-        p[1] = sum_i + other_i;
-        p[4] = sum_r - other_r;
-        p[5] = sum_i - other_i;
-        p[2] = off_r + apart_i;
-        p[3] = off_i - apart_r;
-        p[6] = off_r - apart_i;
-        p[7] = off_i + apart_r;
+    for (size_t i = 0U; i < FLOOR_SEGMENT; i += 8U) {
+        transform_four(z + i, 2U);
     }
 }
 
-/* Joins transforms of 4 complex numbers into those of 16, in two stages at once. */
+/* Joins transforms of 4 complex numbers into those of 16. */
 static void middle_stages(float *z)
 {
     for (size_t k = 0U; k < 4U; k++) {
-        const float c = floor_cosine(8U * k);
-        const float s = davar_floor_sine[8U * k];
-        const float d = floor_cosine(4U * k);
-        const float t = davar_floor_sine[4U * k];
-        const float u = -s; /* sums only: gcc fuses a product with a difference of such a pair */
-        const float v = -t;
-        for (float *p = z + 2U * k; p < z + FLOOR_SEGMENT; p += 32) {
-            const float one_r = p[8] * c + p[9] * s;
-            const float one_i = p[9] * c + p[8] * u;
-            const float three_r = p[24] * c + p[25] * s;
-            const float three_i = p[25] * c + p[24] * u;
-            const float even_r = p[0] + one_r;
-            const float even_i = p[1] + one_i;
-            const float odd_r = p[0] - one_r;
-            const float odd_i = p[1] - one_i;
-            const float more_r = p[16] + three_r;
-            const float more_i = p[17] + three_i;
-            const float less_r = p[16] - three_r;
-            const float less_i = p[17] - three_i;
-            const float two_r = more_r * d + more_i * t;
-            const float two_i = more_i * d + more_r * v;
-            const float four_r = less_r * d + less_i * t;
-            const float four_i = less_i * d + less_r * v;
-            p[0] = even_r + two_r;
-            p[1] = even_i + two_i;
-            p[16] = even_r - two_r;
-            p[17] = even_i - two_i;
-            p[8] = odd_r + four_i;
-            p[9] = odd_i - four_r;
-            p[24] = odd_r - four_i;
-            p[25] = odd_i + four_r;
+        for (size_t i = 2U * k; i < FLOOR_SEGMENT; i += 32U) {
+            turn(z + i + 8U, 8U * k);
+            turn(z + i + 16U, 4U * k);
+            turn(z + i + 24U, 12U * k);
+            transform_four(z + i, 8U);
         }
     }
 }
@@ -91,16 +86,16 @@ static void middle_stages(float *z)
 /* Joins two transforms of 16 complex numbers. */
 static void last_stage(float *z)
 {
-    float *p = z;
-    for (const float *s = davar_floor_sine; s < davar_floor_sine + FLOOR_HOP; s += 2) {
-        const float u = -s[0];
-        const float r = p[32] * s[16] + p[33] * s[0];
-        const float i = p[33] * s[16] + p[32] * u;
-        p[32] = p[0] - r;
-        p[33] = p[1] - i;
+    for (size_t k = 0U; k < FLOOR_HOP; k += 2U) {
+        float *const p = z + k;
+        float *const q = p + FLOOR_HOP;
+        turn(q, k);
+        const float r = q[0];
+        const float i = q[1];
+        q[0] = p[0] - r;
+        q[1] = p[1] - i;
         p[0] += r;
         p[1] += i;
-        p += 2;
     }
 }
 
@@ -131,14 +126,11 @@ void davar_floor_transform(const float ring[FLOOR_SEGMENT], size_t oldest, float
         const float *const b = z + FLOOR_SEGMENT - 2U * k;
         const float even_r = a[0] + b[0];
         const float even_i = a[1] - b[1];
-        const float odd_r = a[1] + b[1];
-        const float odd_i = b[0] - a[0];
-        const float c = floor_cosine(k);
-        const float s = davar_floor_sine[k];
-        const float u = -s;
-        const float r = odd_r * c + odd_i * s;
-        const float i = odd_i * c + odd_r * u;
-        power[k - 1U] = (even_r + r) * (even_r + r) + (even_i + i) * (even_i + i);
-        power[31U - k] = (even_r - r) * (even_r - r) + (even_i - i) * (even_i - i);
+        float odd[2] = {a[1] + b[1], b[0] - a[0]};
+        turn(odd, k);
+        power[k - 1U] =
+            (even_r + odd[0]) * (even_r + odd[0]) + (even_i + odd[1]) * (even_i + odd[1]);
+        power[31U - k] =
+            (even_r - odd[0]) * (even_r - odd[0]) + (even_i - odd[1]) * (even_i - odd[1]);
     }
 }

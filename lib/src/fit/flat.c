@@ -66,11 +66,6 @@ static float ratio_to_float(scaled_t ratio)
     return (ratio.exponent < -1) ? scaled_to_float(ratio) : RATIO_MOST;
 }
 
-static float root_of_float(float x)
-{
-    return (x > 0.0F) ? scaled_to_float(davar_scaled_root(scaled_of_float(x))) : 0.0F;
-}
-
 static scaled_t y_of_size(const davar_plan_t *plan, const davar_result_t *result, int t)
 {
     const scaled_t adev = scaled_of_double(result->tau[t].adev);
@@ -237,7 +232,7 @@ static float flat_variance(const curve_t *curve, const line_t *line, const float
         for (int t = line->first; t < u; t++) {
             row += flat_covariance(curve, t, u) * weight[t];
         }
-        weight[u] = root_of_float(line->scatter[u]) * factor[u];
+        weight[u] = scaled_root_of_float(line->scatter[u]) * factor[u];
         sum += weight[u] * (2.0F * row + flat_covariance(curve, u, u) * weight[u]);
         offset += offset_at(curve, u, line->square) * factor[u];
     }
@@ -385,7 +380,7 @@ static bool find_settled(const curve_t *curve, flat_part_t *part)
     if (!fit_settled(curve, &line, &trend) || !is_value(curve, &line)) {
         return false;
     }
-    const float error = root_of_float(flat_variance(curve, &trend, trend.of_square));
+    const float error = scaled_root_of_float(flat_variance(curve, &trend, trend.of_square));
     const float vibration = vibration_most(curve, &line);
     *part = part_of_line(curve, &line);
     part->low = larger_of(part->low - vibration, 0.0F);

@@ -113,4 +113,10 @@ uint32_t davar_scaled_to_fixed(scaled_t a, int32_t bits);
 /* From the upper 24 bits of the mantissa, rounded like a float. */
 scaled_t davar_scaled_root(scaled_t a);
 
+/* Rounded like a float; 0 below 1e-37. */
+static inline float scaled_root_of_float(float x)
+{
+    return (x > 1e-37F) ? scaled_to_float(davar_scaled_root(scaled_of_float(x))) : 0.0F;
+}
+
 #endif

@@ -4,7 +4,7 @@
  *
  * The floor is the mean density over the quietest quarter of the frequencies. White noise of the
  * sensor adds to it exactly, and so does broad vibration of the airframe: the floor is not the angle
- * random walk at rest, but no sensor noise can be above its upper limit. docs/FLIGHT.md shows how to
+ * random walk at rest, but the noise of the sensor is below its upper limit. docs/FLIGHT.md shows how to
  * use it; formulas: addons/floor/DESIGN.md (14.1) to (14.6).
  *
  * Arithmetic: IEEE float with + - * / and sqrt only, so every target computes the same bits. No
@@ -50,7 +50,9 @@ typedef struct {
     /** samples between results; a window is four times as long and 32 samples. 256 for 800 Hz and
      * more, 128 below */
     uint16_t block;
-    const davar_filter_t *filter; /**< between the noise and the samples; null: none */
+    /** between the noise and the samples, with its uncertainty; null: none. If there is one that you
+     * do not know, do not use the floor: it reads far too low at the frequencies that are filtered */
+    const davar_filter_t *filter;
 } davar_floor_config_t;
 
 /** What all axes of a gyro share. Fields are private. */
@@ -58,17 +60,18 @@ typedef struct {
     /** @privatesection */
     float weight[DAVAR_FLOOR_BINS]; /* 1 / power gain of difference and filter; 0: not usable */
     float passed[DAVAR_FLOOR_BINS]; /* power gain of the difference over that of both */
+    float doubt[DAVAR_FLOOR_BINS];  /* relative standard error of the weight */
     float unit;                     /* deg/sqrt(h) of white noise of 1 count */
     int32_t rail;
     uint16_t segments; /* of a block */
     uint8_t usable;
 } davar_floor_plan_t;
 
-/** Makes a plan. Without a filter it is exact; a frequency is usable where the filter passes at
- * least a tenth of the power.
+/** Makes a plan. A frequency is usable where the filter passes at least a tenth of the power and
+ * its uncertainty leaves 0.3 of the density open.
  * @return DAVAR_FLOOR_OK, or what is wrong with the configuration; the plan is then not changed.
  *
- * Cost: with a filter, 33 davar_filter_power; once, or on the host. */
+ * Cost: with a filter, 99 davar_filter_power; once, or on the host. */
 davar_floor_status_t davar_floor_plan(davar_floor_plan_t *plan, const davar_floor_config_t *config);
 
 /** Why a result has no value. */
@@ -79,7 +82,7 @@ typedef enum {
     DAVAR_FLOOR_CLIPPED = 3,  /**< counts at the rail: use a larger range */
     DAVAR_FLOOR_COARSE = 4,   /**< rounding hides it: use a finer count */
     DAVAR_FLOOR_UNSTEADY = 5, /**< the noise changes within the window: use a shorter block */
-    DAVAR_FLOOR_STILL = 6     /**< no count changes: the sensor is stuck */
+    DAVAR_FLOOR_STILL = 6     /**< no count changes in 64 samples: the sensor is stuck */
 } davar_floor_why_t;
 
 /** Describes why in English, with what to do.
@@ -95,8 +98,8 @@ typedef struct {
     float high;            /**< upper 95 % limit, deg/sqrt(h) */
     float where;           /**< middle of the quiet frequencies, over the sample rate */
     float share;           /**< of the usable frequencies, how many are within twice the density */
-    float unsteady;  /**< relative standard deviation of the density in the window, beyond chance */
-    uint16_t shocks; /**< segments of 64 samples that were omitted as shocks */
+    float unsteady; /**< relative standard deviation of the density in the window, if significant */
+    uint16_t shocks;  /**< segments of 64 samples that were omitted as shocks */
     uint32_t clipped; /**< samples at the rail */
 } davar_floor_result_t;
 
@@ -107,6 +110,7 @@ typedef struct {
     uint32_t fill;   /* place in the ring */
     uint32_t wait;   /* samples until a segment is complete */
     uint32_t beyond; /* samples at the rail since the last segment */
+    uint32_t still;  /* segments until one without a difference leaves the window */
     float ring[64];  /* differences */
     float sum[DAVAR_FLOOR_BLOCKS][2][DAVAR_FLOOR_BINS]; /* of even and odd segments */
     float level[DAVAR_FLOOR_BLOCKS];  /* of the quiet frequencies: sums over segments, */
@@ -166,8 +170,8 @@ typedef struct {
 typedef struct {
     bool is_known; /**< false: fewer than three flights, or eight windows, in every band */
     float factor;  /**< this flight over the earlier ones; NaN if unknown */
-    float low;     /**< 95 % limits of what the factor would be without the scatter of flights: */
-    float high;    /**< ... above 1 in low, it is louder than chance; 0 and infinity if unknown */
+    float low;     /**< 95 % limits of the factor without the scatter of flights: */
+    float high;    /**< ... above 1 in low, it is significantly louder; 0 and infinity if unknown */
 } davar_floor_change_t;
 
 /** Adds a result to a flight, if it has a value. band: below DAVAR_FLOOR_BANDS (asserted).

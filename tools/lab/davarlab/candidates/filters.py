@@ -7,7 +7,7 @@ import numpy as np
 
 from ..arrays import Floats, Ints
 from ..effects.filters import power_gain
-from ..effects.library import BINS_MOST, filter_of, learned
+from ..effects.device import BINS_MOST, filter_of, learned
 from ..inference import adequacy, refine
 from ..inference.parts import Bench, Part, unit_spectrum, without
 from ..inference.whittle import Fit, generalised_least_squares

@@ -6,7 +6,7 @@ import numpy as np
 from ..arrays import Floats
 from ..data.recording import Recording
 from .base import INFINITE, Effect, Parameter, Values
-from .library import Filter, filter_of
+from .device import Filter, filter_of
 from .spectra import angular
 
 RESPONSES = ("sampled", "bilinear")

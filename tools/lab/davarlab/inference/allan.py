@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 
 from ..arrays import Bools, Floats
-from ..effects.library import library
+from ..effects.device import library
 from ..errors import BadInput
 from ..thresholds import JUDGE
 

@@ -12,7 +12,7 @@ from ..arrays import Floats
 from ..data.events import Shocks
 from ..data.recording import Recording
 from ..distributions import chi2_ppf
-from ..effects.library import filter_of
+from ..effects.device import filter_of
 from ..thresholds import CHANCE, FIT
 from . import changes, modulation
 from .changes import Blocks

@@ -17,7 +17,7 @@ from ..arrays import Floats
 from ..data import counts
 from ..data.recording import Recording
 from ..effects import table
-from ..effects.library import Filter, filter_of
+from ..effects.device import Filter, filter_of
 from ..errors import BadInput
 from ..inference import allan
 from ..inference.estimate import Entry
