@@ -12,6 +12,7 @@ import c_library
 import numpy as np
 import pytest
 from asking import ROOT, run, said
+from davarlab.effects.filters import half_power_hz
 from davarlab.report import declared
 from lab_bench import write_csv
 from scipy import signal
@@ -23,7 +24,7 @@ WHITE = (
     f"coefficient_deg_per_sqrt_h = {ARW}\n"
 )
 LOW = '[[effect]]\nkind = "low_pass"\ncutoff_hz = {}\nresponse = "{}"\norder = {}\n'
-ANY = '[[effect]]\nkind = "low_pass"\ncutoff_hz = 9\nresponse = "{}"\n'
+RESPONSE = '[[effect]]\nkind = "low_pass"\ncutoff_hz = {}\nresponse = "{}"\n'
 MEAN = '[[effect]]\nkind = "moving_average"\nsamples = {}\n'
 FIRMWARE = """
 #include "davar/davar.h"
@@ -59,6 +60,10 @@ int main(void)
     return 0;
 }
 """
+
+
+def any_filter(text):
+    return RESPONSE.format(half_power_hz(text, RATE), text)
 
 
 def export(lab, model, *options):
@@ -175,9 +180,9 @@ def test_davar_plan_makes_the_plan_of_the_header(lab, library):
         LOW.format(7.3, "sampled", 2) + MEAN.format(4),
         LOW.format(12, "bilinear", 2),
         MEAN.format(2) * 3,
-        ANY.format("20:2+notch:30:5"),
-        ANY.format("ba:0.3,0.2,0.1:-0.5,0.1:1.5") + MEAN.format(3),
-        LOW.format(20, "sampled", 1) + ANY.format("biquad:15"),
+        any_filter("20:2+notch:30:5"),
+        any_filter("ba:0.3,0.2,0.1:-0.5,0.1:1.5") + MEAN.format(3),
+        LOW.format(20, "sampled", 1) + any_filter("biquad:15"),
     ):
         text, found = exported(lab, WHITE + filters, "--window", "600")
         line = re.search(r"tools/davar-plan (.*)", text)[1]
@@ -322,8 +327,8 @@ def test_the_filters_of_a_model_are_those_of_the_option(lab):
         (MEAN.format(3.99), "average:4"),
         (MEAN.format(2) * 2, "average2:2"),
         (LOW.format(20, "sampled", 2) + MEAN.format(8), "20:2:10+average:8"),
-        (ANY.format("biquad:20+notch:30:5"), "biquad:20+notch:30:5"),
-        (LOW.format(20, "sampled", 2) + ANY.format("pt1:9"), "20:2:10+pt1:9"),
+        (any_filter("biquad:20+notch:30:5"), "biquad:20+notch:30:5"),
+        (LOW.format(20, "sampled", 2) + any_filter("pt1:9"), "20:2:10+pt1:9"),
     ):
         assert bandwidth == exported(lab, WHITE + filters)[1]["bandwidth"]
     sheet, words = lab.work / "sheet.toml", ("low_pass", "cutoff_hz=33", "order=2")
@@ -336,8 +341,8 @@ def test_cluster_sizes_where_the_filters_differ_are_left_out(lab):
     for filters, first in (
         (LOW.format(20, "sampled", 1), 1),
         (LOW.format(20, "bilinear", 1), 1),
-        (ANY.format("biquad:5+notch:20:2"), 1),
-        (ANY.format("ba:0.3,0.2,0.1:-0.5,0.1:1"), 1),
+        (any_filter("biquad:5+notch:20:2"), 1),
+        (any_filter("ba:0.3,0.2,0.1:-0.5,0.1:1"), 1),
         (MEAN.format(1.2), 16),
     ):
         text, found = exported(lab, WHITE + filters)
@@ -358,8 +363,9 @@ def test_a_filter_that_the_device_does_not_know_is_rejected(lab):
         (WHITE + LOW.format(0.1, "sampled", 2), "cutoff_hz is 0.001 of the sample rate"),
         (WHITE + LOW.format(900, "sampled", 2), "cutoff_hz is 9 of the sample rate"),
         (WHITE + behind, "noise_behind_dps"),
-        (WHITE + ANY.format("biquad:60"), "found biquad:60"),
-        (WHITE + ANY.format("biquad:20:x"), "response: "),
+        (WHITE + RESPONSE.format(9, "biquad:60"), "found biquad:60"),
+        (WHITE + RESPONSE.format(9, "biquad:20:x"), "response: "),
+        (WHITE + RESPONSE.format(9, "biquad:20"), "give cutoff_hz = 20"),
         (WHITE.replace(f"{ARW}\n", "0\n") + low, "no angle_random_walk"),
         (WHITE.replace("rate_hz = 100.0\n", "") + low, "no rate_hz"),
     ):

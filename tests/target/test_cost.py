@@ -134,7 +134,7 @@ BUDGETS = {
 EXACT = {
     "cascade_cost": {"cascade_memory_bytes": 2016},
     "torn_cost": {"torn_t_bytes": 20, "torn_reads": 1},
-    "floor_cost": {"floor_t_bytes": 1356},
+    "floor_cost": {"floor_t_bytes": 1360},
     "select_cost": {"select2_bytes": 256, "select3_bytes": 420, "select4_bytes": 620},
 }
 

@@ -19,9 +19,8 @@
 #define FLOOR_WRONG_CHOICE 0.0009F /* variance by wrong choices, relative */
 #define FLOOR_CHANGING_MOST 4.0F   /* variance of the density in the window, relative */
 #define FLOOR_DEGREES_LEAST 8.0F
-#define FLOOR_COARSE 1.5F /* times the variance of rounding, below which that hides the noise */
-#define FLOOR_DITHER                                                                               \
-    0.29F /* half the mean square step of a count, below which rounding is not white */
+#define FLOOR_COARSE 1.5F     /* times the variance of rounding, below which that hides the noise */
+#define FLOOR_DITHER 0.29F    /* half the mean square step, below which rounding is not white */
 #define FLOOR_USABLE_LEAST 8U /* frequencies, below which not even a limit is there */
 #define FLOOR_NORMAL_95 1.96F
 #define FLOOR_CUBE_LEAST 1e-4F

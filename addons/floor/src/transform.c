@@ -63,13 +63,6 @@ static inline void turn(float *z, size_t k)
     z[0] = r;
 }
 
-static void first_stages(float *z)
-{
-    for (size_t i = 0U; i < FLOOR_SEGMENT; i += 8U) {
-        transform_four(z + i, 2U);
-    }
-}
-
 /* Joins transforms of 4 complex numbers into those of 16. */
 static void middle_stages(float *z)
 {
@@ -117,7 +110,9 @@ void davar_floor_transform(const float ring[FLOOR_SEGMENT], size_t oldest, float
 {
     float z[FLOOR_SEGMENT];
     load(ring, oldest, z);
-    first_stages(z);
+    for (size_t i = 0U; i < FLOOR_SEGMENT; i += 8U) {
+        transform_four(z + i, 2U);
+    }
     middle_stages(z);
     last_stage(z);
     power[15] = 4.0F * (z[32] * z[32] + z[33] * z[33]);

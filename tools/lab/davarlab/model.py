@@ -12,6 +12,7 @@ from . import files
 from .data.recording import Recording, is_clock
 from .effects import clocks, table
 from .effects.base import Effect, Parameter, Values
+from .effects.filters import RESPONSES, half_power_hz
 from .effects.means import TURNING, course_hz
 from .errors import BadInput, printable
 from .files import StrPath
@@ -20,6 +21,7 @@ MOST_BYTES = 1 << 20  # of a file
 FIRST = (("angle_random_walk", 0.3), ("bias_instability", 5.0))  # sizes that a fit moves
 FIRST_CLOCK = (("quantization", 0.01),)
 COMMENT_WIDTH = 98  # of a line, with the two characters that make it a comment, 100
+CUTOFF_NEAR = 0.01  # relative
 HUGE = 1e100  # TOML has inf, nan and whole numbers without end
 
 
@@ -141,6 +143,23 @@ def check_lines(terms: Iterable[Term], rate_hz: float | None, where: StrPath) ->
             raise BadInput(
                 f"{where}: {term.kind}: {name} = {highest:g} is above half the sample rate of "
                 f"{rate_hz:g} Hz"
+            )
+
+
+def check_filters(terms: Iterable[Term], rate_hz: float | None, where: StrPath) -> None:
+    """A filter that a low-pass states as its response decides where it is at -3 dB."""
+    for term in terms:
+        response = str(term.parameters.get("response", RESPONSES[0]))
+        if not rate_hz or response in RESPONSES:
+            continue
+        try:
+            actual = half_power_hz(response, rate_hz)
+        except BadInput as why:
+            raise BadInput(f"{where}: {term.kind}: response at {rate_hz:g} Hz: {why}") from None
+        if abs(term.parameters["cutoff_hz"] / actual - 1) > CUTOFF_NEAR:
+            raise BadInput(
+                f"{where}: {term.kind}: cutoff_hz = {term.parameters['cutoff_hz']:g}, but its "
+                f"response is at -3 dB at {actual:.4g} Hz: give cutoff_hz = {actual:.4g}"
             )
 
 
@@ -275,6 +294,7 @@ def of(data: dict[str, Any], path: StrPath) -> Model:
         raise BadInput(f"{path}: rate_hz must be a positive number")
     terms = terms_of(data, path, column)
     check_lines(terms, rate, path)
+    check_filters(terms, rate, path)
     if any(term.kind == "follows" and term.parameters["column"] == column for term in terms):
         raise BadInput(f"{path}: follows: {column} cannot follow itself")
     return Model(rate, column, terms)

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from ..arrays import Floats, Ints
-from ..effects.filters import power_gain
-from ..effects.device import BINS_MOST, filter_of, learned
+from ..effects.device import BINS_MOST, learned
+from ..effects.filters import half_power_hz
 from ..inference import adequacy, refine
 from ..inference.parts import Bench, Part, unit_spectrum, without
 from ..inference.whittle import Fit, generalised_least_squares
@@ -111,11 +111,7 @@ def shape_of(bench: Bench, parts: Sequence[Part], filtered: Part | None) -> tupl
 
 
 def low_pass_of(text: str, rate_hz: float) -> Part:
-    """Of any response; its cutoff is where that is at -3 dB, or half the rate."""
-    f = np.linspace(0, rate_hz / 2, 2000)
-    below = np.flatnonzero(power_gain(filter_of(text, rate_hz), f, rate_hz) < 0.5)
-    cutoff_hz = float(f[below[0]] if len(below) else f[-1])
-    return Part("low_pass", {"cutoff_hz": cutoff_hz, "response": text})
+    return Part("low_pass", {"cutoff_hz": half_power_hz(text, rate_hz), "response": text})
 
 
 def numbers_of(part: Part) -> int:

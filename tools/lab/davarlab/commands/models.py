@@ -69,6 +69,7 @@ def run_add(options: argparse.Namespace) -> int:
         assumed.pop(name, None)
     model.terms.append(models.checked_term({"kind": options.kind, **values}, options.kind))
     models.check_lines(model.terms, model.rate_hz, options.model)
+    models.check_filters(model.terms, model.rate_hz, options.model)
     models.write(model, options.output)
     tell_assumed(effect, assumed)
     emit(

@@ -75,6 +75,17 @@ def power_gain(found: Filter, f: Floats, rate_hz: float) -> Floats:
     return gain
 
 
+def half_power_hz(text: str, rate_hz: float) -> float:
+    """Where a filter is at -3 dB; half the rate if it is not."""
+    f = np.linspace(0, rate_hz / 2, 2000)
+    gain = power_gain(filter_of(text, rate_hz), f, rate_hz)
+    below = np.flatnonzero(gain < 0.5)
+    if not len(below):
+        return float(f[-1])
+    pair = [below[0], below[0] - 1]
+    return float(np.interp(0.5, gain[pair], f[pair]))
+
+
 def is_filter(text: str) -> bool:
     filter_of(text, 0.0)
     return True

@@ -117,7 +117,10 @@ def standard_errors(
     inverse = linalg.pinvh(matrix * np.outer(scale, scale), rtol=1e-8) * np.outer(scale, scale)
     errors = np.sqrt(np.maximum(np.diag(inverse), 0))
     sizes = np.full(len(fit.sizes), np.inf)
-    sizes[live] = np.hypot(errors[: len(live)], 2 * filter_level(bench, parts))  # of powers
+    passed = np.zeros(len(fit.sizes))  # noise that the filter has passed; sizes are powers
+    spectra = [part for part in parts if part.role == "spectrum"]
+    passed[: max(len(spectra), 1)] = [part.effect.in_front for part in spectra] or [True]
+    sizes[live] = np.hypot(errors[: len(live)], 2 * filter_level(bench, parts) * passed[live])
     return (
         sizes,
         dict(zip(places, errors[len(live) : len(live) + len(places)])),
