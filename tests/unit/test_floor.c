@@ -181,6 +181,39 @@ static void test_why_there_is_no_value(void)
     TEST_ASSERT_TRUE(isinf(result.high));
 }
 
+/* A digital Butterworth low-pass: its power, and half of what a cutoff 10 % off changes it by. */
+static void test_the_doubt_of_a_cutoff_is_in_each_frequency_and_leaves_out_the_worst(void)
+{
+    davar_filter_t filter = {.b = {0.0}};
+    davar_floor_config_t config = usual();
+    config.filter = &filter;
+    davar_filter_biquad(&filter, 0.2);
+    filter.uncertainty = 0.1;
+    TEST_ASSERT_EQUAL(DAVAR_FLOOR_OK, davar_floor_plan(&plan, &config));
+    for (uint32_t k = 1U; k <= 31U; k++) {
+        double power[2];
+        for (uint32_t side = 0U; side < 2U; side++) {
+            const double at = fmin(0.5, k / 64.0 / (side ? 1.1 : 0.9));
+            power[side] = 1.0 / (1.0 + pow(tan(TURN / 2.0 * at) / tan(TURN / 10.0), 4.0));
+        }
+        const double doubt = (power[1] - power[0]) / (power[1] + power[0]);
+        TEST_ASSERT_TRUE((double)plan.doubt[k - 1U] >= doubt - 1e-6);
+    }
+    const uint32_t usable = plan.usable;
+    TEST_ASSERT_TRUE((usable > 8U) && (usable < 31U));
+    filter.uncertainty = 0.3;
+    TEST_ASSERT_EQUAL(DAVAR_FLOOR_OK, davar_floor_plan(&plan, &config));
+    TEST_ASSERT_LESS_THAN(usable, plan.usable);
+}
+
+static void test_two_counts_in_turn_are_not_a_stuck_sensor(void)
+{
+    for (int32_t n = 0; n < 3000; n++) {
+        (void)push(n % 2);
+    }
+    TEST_ASSERT_NOT_EQUAL(DAVAR_FLOOR_STILL, result.why);
+}
+
 static void test_a_take_that_is_not_due_is_of_the_same_window(void)
 {
     random_t random = random_seeded(10U);
@@ -333,6 +366,8 @@ int main(void)
     RUN_TEST(test_a_result_comes_after_each_block_and_a_value_after_four);
     RUN_TEST(test_a_line_hides_neither_the_density_nor_where_it_is_quiet);
     RUN_TEST(test_why_there_is_no_value);
+    RUN_TEST(test_the_doubt_of_a_cutoff_is_in_each_frequency_and_leaves_out_the_worst);
+    RUN_TEST(test_two_counts_in_turn_are_not_a_stuck_sensor);
     RUN_TEST(test_a_take_that_is_not_due_is_of_the_same_window);
     RUN_TEST(test_no_segment_spans_a_gap_and_the_window_stays);
     RUN_TEST(test_a_shock_is_left_out_and_a_change_is_not);

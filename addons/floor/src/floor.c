@@ -63,17 +63,12 @@ static float quiet_level(const davar_floor_t *floor, const float power[FLOOR_BIN
     return level;
 }
 
-/* Adds a periodogram to one of the halves of its block. A segment without any difference is that of
- * a stuck sensor, until it has left the window. */
-static void add_segment(davar_floor_t *floor, uint32_t segments)
+/* Adds a periodogram to one of the halves of its block. */
+static void add_segment(davar_floor_t *floor)
 {
     const uint32_t k = floor->block;
     float power[FLOOR_BINS];
     davar_floor_transform(floor->ring, floor->fill, power);
-    floor->still -= (floor->still > 0U) ? 1U : 0U;
-    if (!((power[0] > 0.0F) || (power[15] > 0.0F))) {
-        floor->still = FLOOR_BLOCKS * segments;
-    }
     const float level = quiet_level(floor, power);
     if ((floor->quiet_count > 0U) && (level > FLOOR_SHOCK * floor->usual) &&
         (floor->refused < FLOOR_SHOCKS_IN_A_ROW)) {
@@ -93,16 +88,25 @@ static void add_segment(davar_floor_t *floor, uint32_t segments)
     floor->is_odd = !floor->is_odd;
 }
 
-/* The ring is full of one run. Apart, so that other samples save no registers. */
+/* The ring is full of one run. One without any difference is that of a stuck sensor, until it has
+ * left the window; noise ends the search at once. Apart, so that other samples save no registers. */
 DAVAR_APART static bool end_segment(davar_floor_t *floor, const davar_floor_plan_t *plan)
 {
+    uint32_t same = 0U;
     if (floor->is_due) {
         begin_block(floor);
+    }
+    while ((same < FLOOR_SEGMENT) && !((floor->ring[same] < 0.0F) || (floor->ring[same] > 0.0F))) {
+        same++;
+    }
+    floor->still -= (floor->still > 0U) ? 1U : 0U;
+    if (same == FLOOR_SEGMENT) {
+        floor->still = FLOOR_BLOCKS * plan->segments;
     }
     floor->clipped[floor->block] += floor->beyond;
     floor->beyond = 0U;
     floor->wait = FLOOR_HOP;
-    add_segment(floor, plan->segments);
+    add_segment(floor);
     floor->is_due = (floor->taken[floor->block] + floor->shocks[floor->block]) >= plan->segments;
     floor->full =
         (uint8_t)(floor->full + ((floor->is_due && (floor->full < FLOOR_BLOCKS)) ? 1U : 0U));
@@ -140,9 +144,6 @@ static void read_blocks(const davar_floor_t *floor, const davar_floor_plan_t *pl
     uint32_t clipped = 0U;
     uint32_t shocks = 0U;
     float is_counted[FLOOR_BLOCKS]; /* a block of shocks is not */
-    window->segments = 0.0F;
-    window->level = 0.0F;
-    window->square = 0.0F;
     for (uint32_t k = 0U; k < FLOOR_BLOCKS; k++) {
         is_counted[k] = (floor->taken[k] < 2U) ? 0.0F : 1.0F;
         window->segments += is_counted[k] * (float)floor->taken[k];
@@ -359,29 +360,27 @@ static void write_floor(const davar_floor_plan_t *plan, const measure_t *found, 
     const bool has_high = (result->why != DAVAR_FLOOR_FILLING) &&
                           (result->why != DAVAR_FLOOR_CLIPPED) &&
                           (result->why != DAVAR_FLOOR_STILL);
-    const float low = found->density * floor_limit(degrees, FLOOR_NORMAL_95) - found->rounding;
-    const float high = found->density * floor_limit(degrees, -FLOOR_NORMAL_95);
     const float rounding = has_value ? found->rounding : 0.0F;
-    result->value =
-        has_value ? (plan->unit * scaled_root_of_float(found->density - found->rounding)) : NAN;
-    result->low = has_value ? (plan->unit * scaled_root_of_float(low)) : 0.0F;
-    result->high = has_high ? (plan->unit * scaled_root_of_float(high - rounding)) : HUGE_VALF;
+    const float low = found->density * floor_limit(degrees, FLOOR_NORMAL_95) - rounding;
+    const float high = found->density * floor_limit(degrees, -FLOOR_NORMAL_95) - rounding;
+    if (has_value) {
+        result->value = plan->unit * scaled_root_of_float(found->density - rounding);
+        result->low = plan->unit * scaled_root_of_float(low);
+    }
+    if (has_high) {
+        result->high = plan->unit * scaled_root_of_float(high);
+    }
 }
 
 void davar_floor_take(davar_floor_t *floor, const davar_floor_plan_t *plan,
                       davar_floor_result_t *result)
 {
-    window_t window;
-    result->where = 0.0F;
-    result->share = 0.0F;
-    result->unsteady = 0.0F;
+    window_t window = {.segments = 0.0F};
+    *result = (davar_floor_result_t){.value = NAN, .high = HUGE_VALF};
     read_blocks(floor, plan, &window, result);
     if (!(window.segments > 0.0F) || (plan->usable < FLOOR_USABLE_LEAST)) {
         result->why =
             (plan->usable < FLOOR_USABLE_LEAST) ? DAVAR_FLOOR_NARROW : DAVAR_FLOOR_FILLING;
-        result->value = NAN;
-        result->low = 0.0F;
-        result->high = HUGE_VALF;
         floor->is_due = false;
         return;
     }
