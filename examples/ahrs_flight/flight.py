@@ -148,11 +148,15 @@ def new_filter() -> EKF:
     return ekf
 
 
-def filtered(flight: Flight, arw: Array) -> Array:
-    """(regimes, 2): the mean squared error in rad^2, and NEES / 3, with this ARW at each step."""
+def variance_of(arw: Array) -> Array:
+    """Of the mean rate in a step, (rad/s)^2, as davar/kalman.h has it."""
+    return (np.radians(arw) / 60) ** 2 * RATE_HZ / STEP
+
+
+def filtered(flight: Flight, variances: Array) -> Array:
+    """(regimes, 2): the mean squared error in rad^2, and NEES / 3, with this variance at each step."""
     ekf, q = new_filter(), flight.attitude[0]
-    variances = (np.radians(arw) / 60) ** 2 * RATE_HZ / STEP  # of a mean rate, (rad/s)^2
-    attitude, covariance = np.empty((len(arw), 4)), np.empty((len(arw), 4, 4))
+    attitude, covariance = np.empty((len(variances), 4)), np.empty((len(variances), 4, 4))
     for k, variance in enumerate(variances):
         ekf.g_noise = variance
         q = ekf.update(q, flight.rate[k], flight.gravity[k], flight.field[k])
@@ -172,7 +176,7 @@ def constant(factor: float) -> Array:
 def errors_of_constants(seed: int) -> list[float]:
     """The mean squared error of a flight with each of FACTORS."""
     flight = flown(seed)
-    return [float(filtered(flight, constant(factor))[:, 0].mean()) for factor in FACTORS]
+    return [float(filtered(flight, variance_of(constant(factor)))[:, 0].mean()) for factor in FACTORS]
 
 
 def compared(tuned: float, seed: int) -> list[Array]:
@@ -180,7 +184,7 @@ def compared(tuned: float, seed: int) -> list[Array]:
     flight = flown(seed)
     true = SHEET_ARW * of_samples([regime.noise for regime in REGIMES])[::STEP]
     values = (constant(1.0), constant(tuned), measured_arw(flight.counts), true)
-    return [filtered(flight, arw) for arw in values]
+    return [filtered(flight, variance_of(arw)) for arw in values]
 
 
 def over_truth(squares: Array, of_truth: Array) -> tuple[float, float]:

@@ -11,11 +11,11 @@ from conan.tools.files import copy
 CHOICES = ("q15", "q31", "laws")  # davar/options.h
 # addons/CMakeLists.txt: each part, and the others that it uses.
 PARTS = {
-    **dict.fromkeys(("average", "cascade", "monitor", "select", "telemetry", "torn"), ()),
+    **dict.fromkeys(("average", "cascade", "floor", "kalman", "monitor", "select", "telemetry", "torn"), ()),
     "can": ("monitor",),
     "state": ("cascade",),
 }
-IN_HEADERS = ("average", "torn")  # parts without a library
+IN_HEADERS = ("average", "kalman", "torn")  # parts without a library
 
 
 class Davar(ConanFile):

@@ -5,6 +5,7 @@
 #include <davar/cascade.h>
 #include <davar/davar.h>
 #include <davar/floor.h>
+#include <davar/kalman.h>
 #include <davar/monitor.h>
 #include <davar/select.h>
 #include <davar/slcan.h>
@@ -31,11 +32,12 @@ int main(void)
     const bool monitors =
         davar_monitor_init(&monitor, &model, 1U, DAVAR_MONITOR_MEMORY) == DAVAR_MONITOR_OK;
     davar_monitor_update(&monitor, &result, &misfit);
-    printf("parts %s %s %s %s %d %d %d %d %u\n", davar_cascade_status_text(DAVAR_CASCADE_OK),
+    printf("parts %s %s %s %s %d %d %d %d %u %g\n", davar_cascade_status_text(DAVAR_CASCADE_OK),
            davar_state_status_text(DAVAR_STATE_OK), davar_select_status_text(DAVAR_SELECT_OK),
            davar_floor_status_text(DAVAR_FLOOR_OK), monitors,
            davar_decode(&frame, DAVAR_CAN_BASE, &decoded) == DAVAR_DECODE_FOREIGN,
            davar_telemetry_init(&telemetry, &davar_cyphal, &nobody, 100.0),
-           (int)davar_slcan_encode(&frame, text), (unsigned)davar_torn_reads(&torn));
+           (int)davar_slcan_encode(&frame, text), (unsigned)davar_torn_reads(&torn),
+           davar_rate_density(0.3, DAVAR_DEG_PER_S));
     return 0;
 }

@@ -3,6 +3,7 @@
 #include "davar/can.h"
 #include "davar/can_decode.h"
 #include "davar/davar.h"
+#include "davar/kalman.h"
 #include "davar/slcan.h"
 #include "davar/telemetry.h"
 #include "davar/torn.h"
@@ -227,7 +228,10 @@ static void send_covariance(bytes_t *bytes)
         REQUIRE(!(variance > 0.0) || ((bits & 0x7FFFU) > 0U));
         add(bits);
     }
-    add_double(davar_rate_variance(&result, 100.0));
+    const double arw = davar_arw_to_use(&result, any(bytes));
+    const double white = davar_rate_density(arw, DAVAR_DEG_PER_S);
+    add_double(davar_rate_variance(white, 100.0));
+    add_double(davar_process_variance(davar_walk_density(arw, DAVAR_RAD_PER_S), 0.01));
 }
 
 /* --- torn reads --- */

@@ -14,7 +14,7 @@ README = ROOT / "README.md"
 PLANNER = ROOT / "docs/PLANNER.md"
 FIRMWARE = ROOT / "docs/FIRMWARE.md"  # each block continues the one before
 ALONE = [
-    *(ROOT / "docs" / name for name in ("DIALECTS.md", "FLIGHT.md", "GYROS.md")),
+    *(ROOT / "docs" / name for name in ("DIALECTS.md", "FLIGHT.md", "GYROS.md", "KALMAN.md")),
     ROOT / "packaging/common/README.md",
 ]
 PUBLIC = (header for folder in c_library.PUBLIC for header in folder.rglob("*.h"))

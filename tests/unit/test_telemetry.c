@@ -287,19 +287,6 @@ static void test_what_is_no_magnitude_is_absent_and_no_upper_limit_is_infinite(v
     check_arw(-(double)NAN, nan_bits, nan_bits);
 }
 
-static void test_a_variance_is_the_density_of_the_noise_times_the_rate(void)
-{
-    const double degree = 3.14159265358979323846 / 180.0;
-    davar_coefficient_t *arw = &result.coefficient[DAVAR_ANGLE_RANDOM_WALK];
-    arw->value = 0.3; /* 0.3 deg after an hour: 0.005 deg after a second */
-    TEST_ASSERT_DOUBLE_WITHIN(1e-18, 0.005 * degree * 0.005 * degree * 400.0,
-                              davar_rate_variance(&result, 400.0));
-    TEST_ASSERT_TRUE(isnan(davar_rate_variance(&result, 0.0)));
-    TEST_ASSERT_TRUE(isnan(davar_rate_variance(&result, (double)NAN)));
-    arw->value = (double)NAN;
-    TEST_ASSERT_TRUE(isnan(davar_rate_variance(&result, 400.0)));
-}
-
 static uint32_t half_of(double variance)
 {
     const double gyro[3] = {variance, 1.0, (double)NAN};
@@ -365,7 +352,6 @@ int main(void)
     RUN_TEST(test_heartbeats_count_in_the_sequence_of_mavlink_only);
     RUN_TEST(test_each_flag_is_one_bit_of_state);
     RUN_TEST(test_what_is_no_magnitude_is_absent_and_no_upper_limit_is_infinite);
-    RUN_TEST(test_a_variance_is_the_density_of_the_noise_times_the_rate);
     RUN_TEST(test_a_variance_is_the_nearest_float16_and_never_rounds_to_no_noise);
     RUN_TEST(test_the_axes_have_names);
     return UNITY_END();

@@ -6,8 +6,6 @@
 
 #include <math.h>
 
-/* 1 deg/sqrt(h) in rad/sqrt(s): pi / 180 / 60. */
-#define RAD_PER_SQRT_S 2.9088820866572159e-4
 #define SECOND_US 1000000U
 
 uint8_t davar_axis_letter(uint8_t channel)
@@ -156,12 +154,4 @@ bool davar_telemetry_heartbeat(davar_telemetry_t *telemetry, uint64_t time_us,
     telemetry->heartbeat_us += SECOND_US + ((late_us < SECOND_US) ? 0U : late_us);
     telemetry->heartbeats++;
     return true;
-}
-
-double davar_rate_variance(const davar_result_t *result, double rate_hz)
-{
-    DAVAR_ASSERT(result != NULL);
-    const double density =
-        davar_single_magnitude(result->coefficient[DAVAR_ANGLE_RANDOM_WALK].value) * RAD_PER_SQRT_S;
-    return (rate_hz > 0.0) ? density * density * rate_hz : (double)NAN;
 }

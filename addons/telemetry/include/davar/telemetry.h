@@ -124,15 +124,11 @@ bool davar_telemetry_next(davar_telemetry_t *telemetry, davar_packet_t *packet);
 bool davar_telemetry_heartbeat(davar_telemetry_t *telemetry, uint64_t time_us,
                                davar_packet_t *packet);
 
-/** Returns the variance of one sample of white noise, (rad/s)^2, from the angle random walk: the
- * entry of a covariance matrix. `rate_hz` is the rate at which the receiver uses samples that each
- * average or integrate over a whole period. NaN if the angle random walk is absent. Cost: O(1). */
-double davar_rate_variance(const davar_result_t *result, double rate_hz);
-
 /** Writes the diagonal of uavcan.equipment.ahrs.RawIMU.covariance: six float16, little endian.
- * `gyro` and `accel` are variances of X, Y and Z, (rad/s)^2 and (m/s^2)^2. NaN is unknown; a
- * negative variance is sent as NaN. A positive variance below 2^-24, the least of float16, is sent
- * as 2^-24, because 0 would mean no noise. 65520 and above is sent as infinity. Cost: O(1). */
+ * `gyro` and `accel` are variances of X, Y and Z, (rad/s)^2 (davar/kalman.h) and (m/s^2)^2. NaN is
+ * unknown; a negative variance is sent as NaN. A positive variance below 2^-24, the least of
+ * float16, is sent as 2^-24, because 0 would mean no noise. 65520 and above is sent as infinity.
+ * Cost: O(1). */
 void davar_dronecan_covariance(const double gyro[3], const double accel[3],
                                uint8_t bytes[DAVAR_COVARIANCE_BYTES]);
 
