@@ -7,6 +7,7 @@
 #include "davar/monitor.h"
 #include "davar/torn.h"
 #include "instances/engine.h"
+#include "instances/floors.h"
 #include "instances/settings.h"
 #include "options/options.h"
 #include "output/fields.h"
@@ -30,6 +31,8 @@ struct davar_python {
     learned_t learned;
     engine_t engine;
     fields_t fields;
+    floors_t floors;
+    bool is_gap; /* before the next sample of the floors */
     davar_result_t result;
     davar_glr_report_t report;
     davar_model_tau_t model[MODEL_MAX];
@@ -63,6 +66,7 @@ void davar_python_free(davar_python_t *run)
 {
     if (run != NULL) {
         engine_free(&run->engine);
+        floors_close(&run->floors);
         free(run->plans);
         free(run);
     }
@@ -197,11 +201,13 @@ bool davar_python_learn(davar_python_t *run, const double *values, size_t count,
 
 bool davar_python_start(davar_python_t *run, double rate_hz, double low, double high)
 {
+    const char *const name = "x";
     const extent_t extent = {.low = low, .high = high};
     run->quantisation = quantise_plan(&run->options, &extent);
     const timing_t timing = {.rate_hz = rate_hz, .breaks = UINT16_MAX};
     if (!engine_start(&run->engine, &run->settings, &run->quantisation, &timing, 1U, &run->learned,
                       &run->options, &run->error) ||
+        !floors_open(&run->floors, &run->options, &run->engine, &name, &run->error) ||
         !model_fits(run)) {
         return false;
     }
@@ -215,6 +221,7 @@ bool davar_python_start(davar_python_t *run, double rate_hz, double low, double 
                                   .unfitted = (run->fit_every == 0U),
                                   .tracked =
                                       (davar_law_id(&run->engine.config) == DAVAR_LAW_ID_GLR),
+                                  .floored = run->options.floor,
                                   .details = run->options.details};
     fields_make(&run->fields, &setup);
     return true;
@@ -239,6 +246,7 @@ static davar_cascade_t *cascade_of(const davar_python_t *run)
 void davar_python_gap(davar_python_t *run, uint32_t missing)
 {
     engine_gap(&run->engine, 0U, missing);
+    run->is_gap = true;
 }
 
 static void convert(davar_python_t *run, const double *values, size_t count)
@@ -255,20 +263,20 @@ static void convert(davar_python_t *run, const double *values, size_t count)
     }
 }
 
-/* The samples as the member of their number type. */
-static davar_port_samples_t converted(const davar_python_t *run)
+/* The samples from `from` on, as the member of their number type. */
+static davar_port_samples_t converted(const davar_python_t *run, size_t from)
 {
     davar_port_samples_t samples = {0};
     switch (run->engine.number) {
     case DAVAR_PORT_Q15:
-        samples.q15 = run->samples.q15;
+        samples.q15 = run->samples.q15 + from;
         break;
     case DAVAR_PORT_Q31:
-        samples.q31 = run->samples.q31;
+        samples.q31 = run->samples.q31 + from;
         break;
     case DAVAR_PORT_F32:
     default:
-        samples.f32 = run->samples.f32;
+        samples.f32 = run->samples.f32 + from;
         break;
     }
     return samples;
@@ -278,7 +286,7 @@ static size_t push_some(davar_python_t *run, size_t from, size_t count)
 {
     davar_t *davar = run->engine.instances;
     if (run->engine.centred != NULL) {
-        return centred_push(run->engine.centred[0], converted(run), from, from + count);
+        return centred_push(run->engine.centred[0], converted(run, 0U), from, from + count);
     }
     switch (run->engine.number) {
     case DAVAR_PORT_Q15:
@@ -363,6 +371,7 @@ static void write_row(davar_python_t *run, bool fitted, const rows_t *rows, size
     const epoch_row_t epoch = {.result = &run->result,
                                .report = &run->report,
                                .misfit = monitored ? &run->misfit : NULL,
+                               .floor = floors_at(&run->floors, 0U, run->result.epoch),
                                .time_s = (double)NAN};
     const fields_t *const fields = &run->fields;
     write_cells(run, &epoch, fitted, rows, row, 0U, fields->first_adev);
@@ -419,8 +428,13 @@ static size_t push_chunk(davar_python_t *run, size_t count, rows_t *rows)
             break;
         }
         if (cascade_of(run) != NULL) {
-            davar_curve_push(cascade_of(run), run->engine.number, converted(run), done, more);
+            davar_curve_push(cascade_of(run), run->engine.number, converted(run, 0U), done, more);
         }
+        const davar_port_samples_t pushed = converted(run, done);
+        if (!floors_push(&run->floors, &pushed, more, run->is_gap, &run->error)) {
+            break;
+        }
+        run->is_gap = false;
         done += more;
         take_row(run, rows);
     }
@@ -532,7 +546,7 @@ size_t davar_python_slide(davar_python_t *run, const double *values, size_t coun
     slide_t slide = {0};
     rows_t rows = {.stride = stride};
     rows.first = first;
-    const bool alone = (cascade_of(run) == NULL) && (run->model_count == 0U);
+    const bool alone = (cascade_of(run) == NULL) && (run->model_count == 0U) && !run->options.floor;
     size_t written = 0;
     slide.is_centred = run->settings.is_centred;
     if (alone && slide_open(&slide, &run->engine.config, &run->quantisation, values, count)) {

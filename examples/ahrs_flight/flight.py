@@ -154,7 +154,7 @@ def variance_of(arw: Array) -> Array:
 
 
 def filtered(flight: Flight, variances: Array) -> Array:
-    """(regimes, 2): the mean squared error in rad^2, and NEES / 3, with this variance at each step."""
+    """(regimes, 2): the mean squared error in rad^2 and NEES / 3, with a variance at each step."""
     ekf, q = new_filter(), flight.attitude[0]
     attitude, covariance = np.empty((len(variances), 4)), np.empty((len(variances), 4, 4))
     for k, variance in enumerate(variances):
@@ -176,7 +176,9 @@ def constant(factor: float) -> Array:
 def errors_of_constants(seed: int) -> list[float]:
     """The mean squared error of a flight with each of FACTORS."""
     flight = flown(seed)
-    return [float(filtered(flight, variance_of(constant(factor)))[:, 0].mean()) for factor in FACTORS]
+    return [
+        float(filtered(flight, variance_of(constant(factor)))[:, 0].mean()) for factor in FACTORS
+    ]
 
 
 def compared(tuned: float, seed: int) -> list[Array]:

@@ -20,7 +20,7 @@ static davar_floor_config_t config_of(const engine_t *engine, size_t c)
 }
 
 bool floors_open(floors_t *floors, const options_t *options, const engine_t *engine,
-                 const selection_t *selection, sim_error_t *error)
+                 const char *const *names, sim_error_t *error)
 {
     if (!options->floor) {
         return true;
@@ -33,7 +33,7 @@ bool floors_open(floors_t *floors, const options_t *options, const engine_t *eng
             return sim_fail(error,
                             "--floor: %s: the filter is unknown, and the floor reads too low "
                             "where it is; give --bandwidth FILTER, or none for raw samples",
-                            selection->name[c]);
+                            names[c]);
         }
     }
     floors->count = engine->count;

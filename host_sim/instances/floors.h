@@ -4,7 +4,6 @@
 
 #include "davar/floor.h"
 #include "instances/engine.h"
-#include "recording/selection.h"
 
 /* A result, and how many samples the channel had then. */
 typedef struct {
@@ -28,10 +27,10 @@ typedef struct {
     davar_port_number_t number;
 } floors_t;
 
-/* Does nothing without --floor. False: a column whose filter is unknown, no plan for
- * the recording, or out of memory. */
+/* Does nothing without --floor. names: of the channels. False: a channel whose filter is unknown,
+ * no plan for the recording, or out of memory. */
 bool floors_open(floors_t *floors, const options_t *options, const engine_t *engine,
-                 const selection_t *selection, sim_error_t *error);
+                 const char *const *names, sim_error_t *error);
 
 /* Adds samples of all channels, after a gap if some are missing. False: out of memory. */
 bool floors_push(floors_t *floors, const davar_port_samples_t *samples, size_t count, bool is_gap,

@@ -20,7 +20,7 @@ bool output_open(output_t *output, const options_t *options, const engine_t *eng
                                   .floored = options->floor,
                                   .details = options->details};
     fields_make(&output->fields, &setup);
-    return floors_open(&output->floors, options, engine, selection, error) &&
+    return floors_open(&output->floors, options, engine, selection->name, error) &&
            watch_open(&output->watch, options, engine, error) &&
            ((options->out != OUT_LINK) || wire_out_open(&output->wire, options, engine, error));
 }

@@ -18,7 +18,14 @@ from ._types import Array, Floats, Pair, Path
 
 P = ParamSpec("P")
 R = TypeVar("R")
-WHOLE = ("epoch", "window_samples", "cut_age_samples", "steady_samples", "gaps_in_window")
+WHOLE = (
+    "epoch",
+    "window_samples",
+    "cut_age_samples",
+    "steady_samples",
+    "gaps_in_window",
+    "floor_why",
+)
 FLAGS = ("unstable", "alarm", "coarse", "filtered")
 SCALES = (1e-40, 1e20)  # range of rates that the library accepts
 FEW = 20  # chance withholds fewer than one result in so many; davar-sim has the same limit
@@ -42,6 +49,8 @@ class Epochs(dict[str, Array]):
     - details=True: `adev_low_M`, `adev_high_M` (95 %), `differences_M`, `gaps_in_window`, `coarse`
       (bool: the noise is below half a count, so rounding hides the coefficients), `arw_upper_...`
       and similar columns (95 % upper bounds of absent coefficients).
+    - floor=True: `floor_deg_per_sqrt_h` with `floor_low_...` and `floor_high_...` (95 %), and
+      `floor_why`: 0, or why there is no value (docs/FLIGHT.md).
     - model_table: `model_health`, `model_deviation_M`.
     """
 
@@ -138,7 +147,7 @@ def run_of(given: dict[str, Any], rate_hz: float) -> Run:
         {
             **options,
             "taus": _taus.option(what),
-            **{name: "" for name in ("details", "skip_torn_reads") if given.get(name)},
+            **{name: "" for name in ("details", "floor", "skip_torn_reads") if given.get(name)},
         },
         what.name,
     )
@@ -274,6 +283,7 @@ def dynamic(
     block: int | None = None,
     shock_blocks: int | None = None,
     model_table: Path | None = None,
+    floor: bool = False,
     details: bool = False,
 ) -> Epochs:
     """The dynamic Allan variance of a record: davar-sim's numbers, bit for bit.
@@ -343,6 +353,9 @@ def dynamic(
         shock_blocks: glr: longest shock, blocks. Default 2.
         model_table: file of an error model (`davarlab export MODEL -o TABLE.csv`), to compare each
             result with.
+        floor: adds the noise between rotor lines and motion, while the vehicle moves. It is that of
+            the newest 1056 samples (below 800 Hz: 544) at the epoch. Needs bandwidth: the filter,
+            or "none".
         details: adds columns.
 
     Returns:
@@ -451,6 +464,7 @@ class Stream:
         block: int | None = None,
         shock_blocks: int | None = None,
         model_table: Path | None = None,
+        floor: bool = False,
         details: bool = False,
     ) -> None:
         given = locals()

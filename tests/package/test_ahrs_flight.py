@@ -91,7 +91,10 @@ def of_sample(tmp_path_factory):
     words = ["cc", "-shared", "-fPIC", *c_library.PROGRAM_FLAGS, "kalman.c", "-o", "kalman.so"]
     subprocess.run(words, cwd=folder, check=True)
     found = ctypes.CDLL(str(folder / "kalman.so")).of_sample
-    found.argtypes, found.restype = (ctypes.c_double, ctypes.c_int, ctypes.c_double), ctypes.c_double
+    found.argtypes, found.restype = (
+        (ctypes.c_double, ctypes.c_int, ctypes.c_double),
+        ctypes.c_double,
+    )
     return found
 
 

@@ -64,7 +64,8 @@ WINDOWS = (
     *({"taus": value} for value in ("all", "decade")),
     *({name: range(1, 34)} for name in ("clusters", "taus_s")),
     *({"skip_torn_reads": True, "arith": "float", **more} for more in ({}, {"lsb": 0.01})),
-    {"skip_torn_reads": True},
+    *({"skip_torn_reads": True}, {"floor": True}),
+    {"floor": True, "bandwidth": "none", "arith": "float"},
 )
 
 

@@ -79,6 +79,8 @@ ALARMS = {"false_alarms_per_hour": 0.5, "cut_interval": 60, "block": 8, "shock_b
         {"longest_tau_s": 9, "stride": 10, "details": True},
         {"longest_tau_s": 9, "stride": 10, "law": "glr", "clusters": [1, 5, 31]},
         {"longest_tau_s": 6.5, "stride": 10, "arith": "float", "bandwidth": 40},
+        {"floor": True, "bandwidth": "none", "law": "fixed"},
+        {"floor": True, "bandwidth": "biquad:40", "stride": 7, "mode": "trailing"},
     ),
 )
 def test_rates_with_every_law_and_mode(options):
@@ -114,6 +116,8 @@ def test_time_stamps_and_their_gaps():
     time_s[3000:] += 77.7
     columns = {"time_s": time_s, "gyro_z_dps": x}
     options = {"stride": 9, "details": True, "longest_tau_s": 5.2}
+    expect_printed(davar.dynamic(x, time_s=time_s, **options), printed(columns, options))
+    options = {"stride": 9, "floor": True, "bandwidth": "none"}
     expect_printed(davar.dynamic(x, time_s=time_s, **options), printed(columns, options))
     options = {"gap": 3.5, "mode": "trailing"}
     found = davar.dynamic(x, RATE_HZ, time_s=time_s, **options)
@@ -190,7 +194,6 @@ OF_THE_PROGRAM = {
     **dict.fromkeys(("can-base", "can-content", "raw"), "frames"),
     **dict.fromkeys(("out", "pace", "progress"), "arrays"),
     "baud": "a serial line",
-    "floor": "of the samples, not of a window",
     "device": "another program",
     "help": "help(davar.dynamic)",
     "version": "importlib.metadata",
@@ -311,6 +314,7 @@ def test_what_is_not_computed_at_once_is_the_same():
         rates = x * 0.01
         rates[holes] = np.nan
         expect_streamed(rates, lsb=0.01, segment=0, **FIXED)
+        expect_streamed(rates, lsb=0.01, segment=0, floor=True, bandwidth="none", **FIXED)
 
 
 def with_holes():

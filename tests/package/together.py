@@ -20,6 +20,7 @@ WHOLE = (
     "gaps_in_window",
     "coarse",
     "filtered",
+    "floor_why",
 )
 
 
