@@ -11,7 +11,8 @@ from conan.tools.files import copy
 CHOICES = ("q15", "q31", "laws")  # davar/options.h
 # addons/CMakeLists.txt: each part, and the others that it uses.
 PARTS = {
-    **dict.fromkeys(("average", "cascade", "floor", "kalman", "monitor", "select", "telemetry", "torn"), ()),
+    **dict.fromkeys(("average", "cascade", "floor", "kalman", "monitor"), ()),
+    **dict.fromkeys(("select", "telemetry", "torn"), ()),
     "can": ("monitor",),
     "state": ("cascade",),
 }
