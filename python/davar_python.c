@@ -6,6 +6,7 @@
 #include "davar/fit.h"
 #include "davar/monitor.h"
 #include "davar/torn.h"
+#include "instances/batches.h"
 #include "instances/engine.h"
 #include "instances/floors.h"
 #include "instances/settings.h"
@@ -32,7 +33,8 @@ struct davar_python {
     engine_t engine;
     fields_t fields;
     floors_t floors;
-    bool is_gap; /* before the next sample of the floors */
+    batches_t batches;
+    bool is_gap; /* before the next sample of these two */
     davar_result_t result;
     davar_glr_report_t report;
     davar_model_tau_t model[MODEL_MAX];
@@ -65,8 +67,9 @@ davar_python_t *davar_python_new(void)
 void davar_python_free(davar_python_t *run)
 {
     if (run != NULL) {
-        engine_free(&run->engine);
         floors_close(&run->floors);
+        batches_close(&run->batches);
+        engine_free(&run->engine);
         free(run->plans);
         free(run);
     }
@@ -208,6 +211,7 @@ bool davar_python_start(davar_python_t *run, double rate_hz, double low, double 
     if (!engine_start(&run->engine, &run->settings, &run->quantisation, &timing, 1U, &run->learned,
                       &run->options, &run->error) ||
         !floors_open(&run->floors, &run->options, &run->engine, &name, &run->error) ||
+        !batches_open(&run->batches, &run->options, &run->engine, &run->error) ||
         !model_fits(run)) {
         return false;
     }
@@ -368,6 +372,9 @@ static void write_row(davar_python_t *run, bool fitted, const rows_t *rows, size
     if (monitored) {
         davar_monitor_update(&run->monitor, &run->result, &run->misfit);
     }
+    if (fitted) {
+        batches_apply(&run->batches, 0U, &run->result);
+    }
     const epoch_row_t epoch = {.result = &run->result,
                                .report = &run->report,
                                .misfit = monitored ? &run->misfit : NULL,
@@ -431,7 +438,8 @@ static size_t push_chunk(davar_python_t *run, size_t count, rows_t *rows)
             davar_curve_push(cascade_of(run), run->engine.number, converted(run, 0U), done, more);
         }
         const davar_port_samples_t pushed = converted(run, done);
-        if (!floors_push(&run->floors, &pushed, more, run->is_gap, &run->error)) {
+        if (!floors_push(&run->floors, &pushed, more, run->is_gap, &run->error) ||
+            !batches_push(&run->batches, &pushed, more, run->is_gap, &run->error)) {
             break;
         }
         run->is_gap = false;
@@ -546,7 +554,8 @@ size_t davar_python_slide(davar_python_t *run, const double *values, size_t coun
     slide_t slide = {0};
     rows_t rows = {.stride = stride};
     rows.first = first;
-    const bool alone = (cascade_of(run) == NULL) && (run->model_count == 0U) && !run->options.floor;
+    const bool alone = (cascade_of(run) == NULL) && (run->model_count == 0U) &&
+                       !run->options.floor && !run->options.details;
     size_t written = 0;
     slide.is_centred = run->settings.is_centred;
     if (alone && slide_open(&slide, &run->engine.config, &run->quantisation, values, count)) {

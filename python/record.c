@@ -5,6 +5,7 @@
 #include "davar/davar.h"
 #include "davar/fit.h"
 #include "davar_python.h"
+#include "instances/batches.h"
 #include "vectors.h"
 
 #include <math.h>
@@ -99,6 +100,8 @@ typedef struct {
     uint64_t *total;
     size_t room;
     parts_function_t *parts;
+    size_t part;  /* samples between cuts of the record into batches */
+    double *cuts; /* the sums up to each cut, in rows of squares and counts */
 } record_t;
 
 static uint64_t steps_of(const record_t *record, double value)
@@ -144,16 +147,31 @@ static void add_ends(const record_t *record, sum_t *sum, size_t first, size_t la
     }
 }
 
+/* The sums up to a cut. */
+static void write_cut(const record_t *record, const sum_t *sums, size_t at, size_t taus)
+{
+    double *const row = record->cuts + (size_t)2U * (at / record->part) * taus;
+    for (size_t t = 0; t < taus; t++) {
+        row[t] = (double)sums[t].squares;
+        row[taus + t] = (double)sums[t].count;
+    }
+}
+
 /* A run without a gap inside: the samples from `first` to before `end`. */
 static void add_run(record_t *record, sum_t *sums, size_t first, size_t end, const uint32_t *m,
                     size_t taus)
 {
     for (size_t from = first; from < end;) {
-        const size_t to = ((end - from) < BLOCK) ? end : (from + BLOCK);
+        const size_t cut = (from / record->part + 1U) * record->part;
+        const size_t most = (cut < from + BLOCK) ? cut : (from + BLOCK);
+        const size_t to = (end < most) ? end : most;
         accumulate(record, from, to);
         for (size_t t = 0; t < taus; t++) {
             const size_t least = first + (size_t)2U * m[t];
             add_ends(record, &sums[t], (least > from) ? least : (from + 1U), to, m[t]);
+        }
+        if ((to == cut) && (cut <= BATCHES_STEPS * record->part)) {
+            write_cut(record, sums, cut, taus);
         }
         from = to;
     }
@@ -169,6 +187,11 @@ static void write_rows(const sum_t *sums, const uint32_t *m, size_t taus, double
     }
 }
 
+static size_t part_of_record(size_t count)
+{
+    return (count < BATCHES_STEPS) ? 1U : (count / BATCHES_STEPS);
+}
+
 bool davar_python_adev(const double *values, size_t count, double centre, double step,
                        const size_t *ends, size_t runs, const uint32_t *m, size_t taus,
                        double *rows)
@@ -180,6 +203,8 @@ bool davar_python_adev(const double *values, size_t count, double centre, double
                        .centre = centre,
                        .step = step,
                        .inverse = is_power ? (1.0 / step) : 0.0,
+                       .part = part_of_record(count),
+                       .cuts = rows + (size_t)2U * taus,
                        .room = ((span < count) ? span : count) + BLOCK + 1U,
                        .parts = parts_here()};
     record.total = calloc(record.room, sizeof *record.total);
@@ -187,6 +212,7 @@ bool davar_python_adev(const double *values, size_t count, double centre, double
     const bool good = (record.total != NULL) && (sums != NULL);
     if (good) {
         size_t first = 0;
+        write_cut(&record, sums, 0U, taus);
         for (size_t r = 0; r < runs; r++) {
             add_run(&record, sums, first, ends[r], m, taus);
             first = ends[r];
@@ -196,6 +222,23 @@ bool davar_python_adev(const double *values, size_t count, double centre, double
     free(sums);
     free(record.total);
     return good;
+}
+
+/* Limits of size t by batches of the record. */
+static void limit_by_batches(const double *rows, uint8_t taus, uint8_t t, uint32_t count,
+                             davar_adev_t *tau)
+{
+    batch_sums_t sums[BATCHES_STEPS + 1U];
+    const size_t part = part_of_record(count);
+    const size_t first = ((size_t)2U * tau->m + part - 1U) / part;
+    if ((count < BATCHES_STEPS) || (first > BATCHES_STEPS)) {
+        return;
+    }
+    for (size_t i = first; i <= BATCHES_STEPS; i++) {
+        const double *const row = rows + (size_t)2U * (i + 1U) * taus + t;
+        sums[i - first] = (batch_sums_t){.squares = row[0], .count = row[taus]};
+    }
+    batches_limits(sums, 1U, BATCHES_STEPS - first, part, (double)count / (double)tau->m, tau);
 }
 
 bool davar_python_intervals(const uint32_t *m, const double *rows, uint8_t taus, uint32_t count,
@@ -219,6 +262,9 @@ bool davar_python_intervals(const uint32_t *m, const double *rows, uint8_t taus,
         davar_plan_init_white(plan, m, taus);
         davar_fit(plan, rate_hz, result);
         for (uint8_t t = 0; t < taus; t++) {
+            if (result->noise != DAVAR_NOISE_WHITE) {
+                limit_by_batches(rows, taus, t, count, &result->tau[t]);
+            }
             limits[t] = result->tau[t].low;
             limits[taus + t] = result->tau[t].high;
         }

@@ -21,6 +21,7 @@ bool output_open(output_t *output, const options_t *options, const engine_t *eng
                                   .details = options->details};
     fields_make(&output->fields, &setup);
     return floors_open(&output->floors, options, engine, selection->name, error) &&
+           batches_open(&output->batches, options, engine, error) &&
            watch_open(&output->watch, options, engine, error) &&
            ((options->out != OUT_LINK) || wire_out_open(&output->wire, options, engine, error));
 }
@@ -51,7 +52,9 @@ static bool is_withheld(const davar_result_t *result)
 
 bool output_row(output_t *output, size_t channel, const epoch_row_t *plain, sim_error_t *error)
 {
-    const epoch_row_t watched = {.result = plain->result,
+    davar_result_t own = *plain->result;
+    batches_apply(&output->batches, channel, &own);
+    const epoch_row_t watched = {.result = &own,
                                  .report = plain->report,
                                  .misfit = watch_compare(&output->watch, channel, plain->result),
                                  .floor = floors_at(&output->floors, channel, plain->result->epoch),
@@ -81,6 +84,7 @@ bool output_row(output_t *output, size_t channel, const epoch_row_t *plain, sim_
 bool output_samples(output_t *output, const raw_run_t *run, bool is_gap, sim_error_t *error)
 {
     return floors_push(&output->floors, run->samples, run->count, is_gap, error) &&
+           batches_push(&output->batches, run->samples, run->count, is_gap, error) &&
            (!output->raw || wire_out_raw(&output->wire, run, error));
 }
 
@@ -96,4 +100,5 @@ void output_close(output_t *output)
     wire_out_close(&output->wire);
     watch_close(&output->watch);
     floors_close(&output->floors);
+    batches_close(&output->batches);
 }

@@ -2,6 +2,7 @@
 #ifndef OUTPUT_H
 #define OUTPUT_H
 
+#include "instances/batches.h"
 #include "instances/floors.h"
 #include "instances/watch.h"
 #include "options/options.h"
@@ -23,6 +24,7 @@ typedef struct {
     uint8_t reached;   /* cluster sizes that had a difference in some row */
     watch_t watch;     /* for --model-table */
     floors_t floors;   /* for --floor */
+    batches_t batches; /* for --details */
     wire_out_t wire;   /* for OUT_LINK */
 } output_t;
 

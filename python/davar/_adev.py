@@ -25,7 +25,7 @@ class Adev(NamedTuple):
     adev: Floats
     """Overlapping Allan deviations, unit of x."""
     low: Floats
-    """Lower limits of the 95 % intervals, from the degrees of freedom of the fitted noise mix."""
+    """Lower limits of the 95 % intervals, for any stationary noise."""
     high: Floats
     """Upper limits."""
     n: Array

@@ -262,10 +262,10 @@ def adev_of(
     ends: npt.NDArray[np.uintp],
     m: npt.NDArray[np.uint32],
 ) -> Floats:
-    """Rows deviation, number of differences, of values in whole steps from a centre
-    (davar_python_adev).
+    """Rows deviation, number of differences and those of batches, of values in whole steps from a
+    centre (davar_python_adev).
     """
-    rows = np.empty((2, len(m)))
+    rows = np.zeros((132, len(m)))
     if not library().davar_python_adev(
         values.ctypes.data,
         len(values),

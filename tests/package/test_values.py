@@ -5,6 +5,7 @@ import math
 import allantools
 import numpy as np
 import pytest
+from spectra import SPECTRA, allan_variance, shaped
 from together import by_definition, davar
 
 # NIST SP 1065 (Riley 2008), table 31: 1000 points, overlapping Allan deviation at tau 1, 10, 100 s;
@@ -170,3 +171,49 @@ def test_intervals_cover_the_truth_in_white_noise(taus, seed, records, sizes, ma
     share = np.mean(inside, axis=0)
     assert share.size == (sizes or share.size)
     assert np.all(np.abs(share - 0.95) < margin), share
+
+
+# --- intervals in noise that is neither white nor a power of tau ---
+
+WINDOW = 1024
+
+
+def covered(limits, spectrum, sizes):
+    """How many of the limits (records, 2, sizes) contain the truth, and their median ratio."""
+    truth = np.sqrt([allan_variance(spectrum, m) for m in sizes])
+    low, high = np.moveaxis(np.array(limits), 1, 0)
+    return np.mean((low <= truth) & (truth <= high), axis=0), np.median(high / low, axis=0)
+
+
+def of_windows(x, mode):
+    """The limits of windows that do not overlap."""
+    sizes = 2 ** np.arange(7)
+    options = {"law": "fixed", "segment": 0, "stride": WINDOW, "lsb": 0.05, "bandwidth": "none"}
+    options |= {"window_max": WINDOW, "window_min": WINDOW, "clusters": sizes, "details": True}
+    found = davar.dynamic(x, 1000.0, mode=mode, **options)
+    columns = [[found[f"adev_{end}_{m}"] for m in sizes] for end in ("low", "high")]
+    return np.array(columns).transpose(2, 0, 1), sizes
+
+
+def of_records(x):
+    found = [davar.adev(one, 1.0) for one in x.reshape(-1, WINDOW)]
+    return [(one.low, one.high) for one in found], np.rint(found[0].taus_s).astype(int)
+
+
+HOW = {
+    "trailing": lambda x: of_windows(x, "trailing"),
+    "centred": lambda x: of_windows(x, "centred"),
+    "record": of_records,
+}
+
+
+@pytest.mark.parametrize("how", HOW)
+@pytest.mark.parametrize("name", SPECTRA)
+@pytest.mark.filterwarnings("ignore:.*withheld")
+def test_intervals_hold_next_to_lines_and_in_motion(name, how):
+    random = np.random.default_rng([21, list(SPECTRA).index(name), list(HOW).index(how)])
+    limits, sizes = HOW[how](shaped(random, SPECTRA[name], 400 * WINDOW))
+    share, ratio = covered(limits, SPECTRA[name], sizes)
+    # 0.90 within three of sqrt(0.9 0.1 / 400)
+    assert np.all(share > 0.90 - 0.045), share
+    assert np.all(ratio < 2.5), ratio

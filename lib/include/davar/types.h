@@ -202,8 +202,8 @@ typedef struct {
     /** overlapping Allan deviation, deg/s; NaN if differences is 0 (1.1). It includes rounding to
      * counts, which the coefficients do not (5.15) */
     double adev;
-    /** lower limit of the 95 % interval, deg/s, from chi-square and edf (5.2); NaN if absent, and
-     * before davar_fit */
+    /** lower limit of the 95 % interval of white noise or powers of tau, deg/s (5.2); too narrow next
+     * to lines and in motion (5.25). NaN if absent, and before davar_fit */
     double low;
     double high; /**< upper limit, as low; may be infinite */
     double edf;  /**< equivalent degrees of freedom (5.1); NaN before davar_fit */
