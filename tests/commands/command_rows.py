@@ -56,6 +56,7 @@ ROWS = (
     Row(r".* data/make_fleet\.py .*|tools/davarlab fleet 'build/fleet/\*_00.*", soak=True),
     Row(r"pip install .*|python -m build", "tests/package/conftest.py"),
     Row(r"python examples/ahrs_flight/flight\.py", "tests/package/test_ahrs_flight.py"),
+    Row(r"python examples/strapdown/strapdown\.py", "tests/package/test_strapdown.py"),
     Row(
         r"cmake -S examples/kalman_flight .*|build/flight/flight .*",
         "tests/examples/test_kalman_flight.py",
