@@ -27,7 +27,7 @@ UNDEFINED = "#undef USE_TELEMETRY_MAVLINK\n"  # SITL leaves it out
 
 GYRO = (
     "--rate 8000 --axes 3 --lsb 0.0609756 --bandwidth none --core cortex-m4f "
-    "--respond 1 --arw-percent 3"
+    "--respond 1 --arw-percent 3 --motion none"
 )
 PLANS = {
     "fixed": GYRO,

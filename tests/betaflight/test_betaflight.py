@@ -201,6 +201,6 @@ class Motors(unittest.TestCase):
 
 
 class Flash(unittest.TestCase):
-    def test_the_sensor_takes_less_than_16_kib_of_an_stm32f405(self):
+    def test_the_sensor_takes_less_than_22_kib_of_an_stm32f405(self):
         """It counts parts of libgcc that the firmware has anyway; `firmware.py image` does not."""
-        assert firmware.added_flash() < 16 * 1024
+        assert firmware.added_flash() < 22 * 1024
