@@ -211,7 +211,8 @@ bool davar_python_start(davar_python_t *run, double rate_hz, double low, double 
     if (!engine_start(&run->engine, &run->settings, &run->quantisation, &timing, 1U, &run->learned,
                       &run->options, &run->error) ||
         !floors_open(&run->floors, &run->options, &run->engine, &name, &run->error) ||
-        !batches_open(&run->batches, &run->options, &run->engine, &run->error) ||
+        ((run->fit_every > 0U) &&
+         !batches_open(&run->batches, &run->options, &run->engine, &run->error)) ||
         !model_fits(run)) {
         return false;
     }
@@ -372,9 +373,7 @@ static void write_row(davar_python_t *run, bool fitted, const rows_t *rows, size
     if (monitored) {
         davar_monitor_update(&run->monitor, &run->result, &run->misfit);
     }
-    if (fitted) {
-        batches_apply(&run->batches, 0U, &run->result);
-    }
+    batches_apply(&run->batches, 0U, &run->result);
     const epoch_row_t epoch = {.result = &run->result,
                                .report = &run->report,
                                .misfit = monitored ? &run->misfit : NULL,

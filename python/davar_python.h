@@ -96,18 +96,18 @@ DAVAR_PYTHON_API void davar_python_health(const davar_python_t *run, uint32_t *c
 /* The overlapping Allan deviation of a complete record, without a run. values: `count` finite
  * samples (at most 2^31), rounded to whole steps from `centre`; n m^2 (range / step)^2 < 2^128.
  * ends: the ascending ends of the `runs` without a gap inside; the last is `count`. m: `taus` (at
- * least 1) ascending cluster sizes. rows: 132 x taus: deviation (unit of the values; NaN: absent),
- * number of differences, then for davar_python_intervals squares and numbers up to each 64th of the
- * record. False: out of memory. Cost: O(count taus), with one pass over the values;
- * memory for twice the largest cluster size. */
+ * least 1) ascending cluster sizes. rows: 130 x taus: deviation (unit of the values; NaN: absent),
+ * number of differences; then for davar_python_intervals the squares and numbers of each 64th.
+ * False: out of memory. Cost: O(count taus), with one pass over the values; memory for twice the
+ * largest cluster size. */
 DAVAR_PYTHON_API bool davar_python_adev(const double *values, size_t count, double centre,
                                         double step, const size_t *ends, size_t runs,
                                         const uint32_t *m, size_t taus, double *rows);
 
-/* The limits of these deviations of one record of `count` samples: of white noise, or otherwise from
- * eight batches, or for long sizes from the noise mix that fits all of them. unit_per_count: rounding step of the samples; 0: unknown. m: `taus` (1..32) strictly
- * ascending cluster sizes. rows: the output of davar_python_adev. limits: 2 x taus: low, high (95
- * %; NaN: absent). False: out of memory. */
+/* The limits of these deviations of one record of `count` samples: from the noise mix that fits all
+ * of them, or from eight batches (5.25). unit_per_count: rounding step of the samples; 0: unknown.
+ * m: `taus` (1..32) strictly ascending cluster sizes. rows: the output of davar_python_adev. limits:
+ * 2 x taus: low, high (95 %; NaN: absent). False: out of memory. */
 DAVAR_PYTHON_API bool davar_python_intervals(const uint32_t *m, const double *rows, uint8_t taus,
                                              uint32_t count, double rate_hz, double unit_per_count,
                                              double *limits);

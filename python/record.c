@@ -2,10 +2,10 @@
  * block, the cumulative sums and the differences of every cluster size that end in the block, exact
  * in integers. Then the library's fit, as for any window. */
 #include "bits.h"
+#include "common/batch_limits.h"
 #include "davar/davar.h"
 #include "davar/fit.h"
 #include "davar_python.h"
-#include "instances/batches.h"
 #include "vectors.h"
 
 #include <math.h>
@@ -16,6 +16,7 @@ __extension__ typedef unsigned __int128 u128_t;
 
 /* Cumulative sums of so many samples stay in the cache of a core for all cluster sizes. */
 #define BLOCK 8192U
+#define PARTS 64U /* of a record, of which batches consist */
 
 typedef struct {
     u128_t squares;
@@ -100,8 +101,9 @@ typedef struct {
     uint64_t *total;
     size_t room;
     parts_function_t *parts;
-    size_t part;  /* samples between cuts of the record into batches */
-    double *cuts; /* the sums up to each cut, in rows of squares and counts */
+    size_t part;      /* samples */
+    double *part_row; /* of the next part: squares, and as many counts */
+    sum_t *before;    /* the sums up to it, one per size */
 } record_t;
 
 static uint64_t steps_of(const record_t *record, double value)
@@ -147,14 +149,15 @@ static void add_ends(const record_t *record, sum_t *sum, size_t first, size_t la
     }
 }
 
-/* The sums up to a cut. */
-static void write_cut(const record_t *record, const sum_t *sums, size_t at, size_t taus)
+/* The sums of a part, if it is not the rest. */
+static void end_part(record_t *record, const sum_t *sums, size_t at, size_t taus)
 {
-    double *const row = record->cuts + (size_t)2U * (at / record->part) * taus;
-    for (size_t t = 0; t < taus; t++) {
-        row[t] = (double)sums[t].squares;
-        row[taus + t] = (double)sums[t].count;
+    for (size_t t = 0; (t < taus) && (at <= PARTS * record->part); t++) {
+        record->part_row[t] = (double)(sums[t].squares - record->before[t].squares);
+        record->part_row[taus + t] = (double)(sums[t].count - record->before[t].count);
+        record->before[t] = sums[t];
     }
+    record->part_row += (at < PARTS * record->part) ? ((size_t)2U * taus) : 0U;
 }
 
 /* A run without a gap inside: the samples from `first` to before `end`. */
@@ -170,8 +173,8 @@ static void add_run(record_t *record, sum_t *sums, size_t first, size_t end, con
             const size_t least = first + (size_t)2U * m[t];
             add_ends(record, &sums[t], (least > from) ? least : (from + 1U), to, m[t]);
         }
-        if ((to == cut) && (cut <= BATCHES_STEPS * record->part)) {
-            write_cut(record, sums, cut, taus);
+        if (to == cut) {
+            end_part(record, sums, cut, taus);
         }
         from = to;
     }
@@ -189,7 +192,7 @@ static void write_rows(const sum_t *sums, const uint32_t *m, size_t taus, double
 
 static size_t part_of_record(size_t count)
 {
-    return (count < BATCHES_STEPS) ? 1U : (count / BATCHES_STEPS);
+    return (count < PARTS) ? 1U : (count / PARTS);
 }
 
 bool davar_python_adev(const double *values, size_t count, double centre, double step,
@@ -204,15 +207,15 @@ bool davar_python_adev(const double *values, size_t count, double centre, double
                        .step = step,
                        .inverse = is_power ? (1.0 / step) : 0.0,
                        .part = part_of_record(count),
-                       .cuts = rows + (size_t)2U * taus,
+                       .part_row = rows + (size_t)2U * taus,
                        .room = ((span < count) ? span : count) + BLOCK + 1U,
                        .parts = parts_here()};
     record.total = calloc(record.room, sizeof *record.total);
+    record.before = calloc(taus, sizeof *record.before);
     sum_t *sums = calloc(taus, sizeof *sums);
-    const bool good = (record.total != NULL) && (sums != NULL);
+    const bool good = (record.total != NULL) && (record.before != NULL) && (sums != NULL);
     if (good) {
         size_t first = 0;
-        write_cut(&record, sums, 0U, taus);
         for (size_t r = 0; r < runs; r++) {
             add_run(&record, sums, first, ends[r], m, taus);
             first = ends[r];
@@ -220,6 +223,7 @@ bool davar_python_adev(const double *values, size_t count, double centre, double
         write_rows(sums, m, taus, step, rows);
     }
     free(sums);
+    free(record.before);
     free(record.total);
     return good;
 }
@@ -228,17 +232,17 @@ bool davar_python_adev(const double *values, size_t count, double centre, double
 static void limit_by_batches(const double *rows, uint8_t taus, uint8_t t, uint32_t count,
                              davar_adev_t *tau)
 {
-    batch_sums_t sums[BATCHES_STEPS + 1U];
+    batch_sums_t sums[PARTS];
     const size_t part = part_of_record(count);
     const size_t first = ((size_t)2U * tau->m + part - 1U) / part;
-    if ((count < BATCHES_STEPS) || (first > BATCHES_STEPS)) {
+    if ((count < PARTS) || (first >= PARTS)) {
         return;
     }
-    for (size_t i = first; i <= BATCHES_STEPS; i++) {
+    for (size_t i = first; i < PARTS; i++) {
         const double *const row = rows + (size_t)2U * (i + 1U) * taus + t;
         sums[i - first] = (batch_sums_t){.squares = row[0], .count = row[taus]};
     }
-    batches_limits(sums, 1U, BATCHES_STEPS - first, part, (double)count / (double)tau->m, tau);
+    batch_limits(sums, 1U, PARTS - first, part, (double)count / (double)tau->m, tau);
 }
 
 bool davar_python_intervals(const uint32_t *m, const double *rows, uint8_t taus, uint32_t count,
@@ -262,7 +266,7 @@ bool davar_python_intervals(const uint32_t *m, const double *rows, uint8_t taus,
         davar_plan_init_white(plan, m, taus);
         davar_fit(plan, rate_hz, result);
         for (uint8_t t = 0; t < taus; t++) {
-            if (result->noise != DAVAR_NOISE_WHITE) {
+            if (batch_limits_apply(result)) {
                 limit_by_batches(rows, taus, t, count, &result->tau[t]);
             }
             limits[t] = result->tau[t].low;

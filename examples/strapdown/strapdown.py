@@ -1,4 +1,4 @@
-"""Which measure of noise describes how a strapdown integration drifts in flight?
+"""Which measure of noise describes how the angle of a strapdown integration drifts in flight?
 
     pip install .
     python examples/strapdown/strapdown.py
@@ -59,9 +59,9 @@ TAKES: dict[str, Callable[[Array], Array]] = {"mean of 8": mean_of, "every 8th":
 
 
 def measured(rate_dps: Array, noise: Array, take: Callable[[Array], Array]) -> list[float]:
-    """What the angle drifts by, then floor, its upper limit, and the total noise at TAUS_S."""
+    """The walk of the angle by the noise, the floor, its limit, and the total noise at TAUS_S."""
     samples = take(rate_dps + noise)
-    wrong = np.cumsum(samples) / RATE_HZ - np.cumsum(rate_dps)[EACH - 1 :: EACH] / FAST_HZ
+    wrong = np.cumsum(samples) / RATE_HZ - np.cumsum(take(rate_dps)) / RATE_HZ
     drift = 60 * np.std(np.diff(wrong[::RATE_HZ]))
     counts = np.rint(samples / LSB).astype(np.int64)
     with warnings.catch_warnings():

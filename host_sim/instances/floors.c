@@ -26,7 +26,7 @@ bool floors_open(floors_t *floors, const options_t *options, const engine_t *eng
         return true;
     }
     if (engine->number == DAVAR_PORT_F32) {
-        return sim_fail(error, "--floor: needs counts, so not --arith float");
+        return sim_fail(error, "--floor: needs counts: give --lsb, without --arith float");
     }
     for (size_t c = 0; c < engine->count; c++) {
         if (engine->filters[c] == NULL) {

@@ -5,6 +5,14 @@
 #include "output/csv_out.h"
 #include "output/jsonl_out.h"
 
+/* For columns of a host only: frames and a device have the limits of the fit. */
+static bool open_batches(output_t *output, const options_t *options, const engine_t *engine,
+                         sim_error_t *error)
+{
+    return (options->out == OUT_LINK) || (options->device != NULL) ||
+           batches_open(&output->batches, options, engine, error);
+}
+
 bool output_open(output_t *output, const options_t *options, const engine_t *engine,
                  const selection_t *selection, sim_error_t *error)
 {
@@ -21,7 +29,7 @@ bool output_open(output_t *output, const options_t *options, const engine_t *eng
                                   .details = options->details};
     fields_make(&output->fields, &setup);
     return floors_open(&output->floors, options, engine, selection->name, error) &&
-           batches_open(&output->batches, options, engine, error) &&
+           open_batches(output, options, engine, error) &&
            watch_open(&output->watch, options, engine, error) &&
            ((options->out != OUT_LINK) || wire_out_open(&output->wire, options, engine, error));
 }
@@ -52,9 +60,12 @@ static bool is_withheld(const davar_result_t *result)
 
 bool output_row(output_t *output, size_t channel, const epoch_row_t *plain, sim_error_t *error)
 {
-    davar_result_t own = *plain->result;
-    batches_apply(&output->batches, channel, &own);
-    const epoch_row_t watched = {.result = &own,
+    davar_result_t own;
+    if (output->batches.engine != NULL) {
+        own = *plain->result;
+        batches_apply(&output->batches, channel, &own);
+    }
+    const epoch_row_t watched = {.result = (output->batches.engine != NULL) ? &own : plain->result,
                                  .report = plain->report,
                                  .misfit = watch_compare(&output->watch, channel, plain->result),
                                  .floor = floors_at(&output->floors, channel, plain->result->epoch),

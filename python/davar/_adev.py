@@ -25,7 +25,7 @@ class Adev(NamedTuple):
     adev: Floats
     """Overlapping Allan deviations, unit of x."""
     low: Floats
-    """Lower limits of the 95 % intervals, for any stationary noise."""
+    """Lower limits of the 95 % intervals, also next to lines and in motion."""
     high: Floats
     """Upper limits."""
     n: Array

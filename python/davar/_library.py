@@ -67,6 +67,7 @@ HEALTH = (
 FLUSHED = 1 << 10  # rows of a table, if the end of the record needs another one
 FILTER_SIZE = 512
 TAUS_MAX = 32
+PARTS = 64  # of a record (record.c)
 UINT32_MAX = 0xFFFFFFFF
 
 
@@ -185,9 +186,12 @@ class Run:
         while done < len(values):
             rest, taken = values[done:], c_size_t()
             place = self._place(len(rest) // stride + 4)
-            self._used += self._calls.davar_python_push(
+            written = self._calls.davar_python_push(
                 self._run, rest.ctypes.data, len(rest), *place, byref(taken)
             )
+            if not written and not taken.value:
+                raise MemoryError(self.reason())
+            self._used += written
             done += taken.value
 
     def slide(self, values: Floats) -> bool:
@@ -265,7 +269,7 @@ def adev_of(
     """Rows deviation, number of differences and those of batches, of values in whole steps from a
     centre (davar_python_adev).
     """
-    rows = np.zeros((132, len(m)))
+    rows = np.zeros((2 + 2 * PARTS, len(m)))
     if not library().davar_python_adev(
         values.ctypes.data,
         len(values),

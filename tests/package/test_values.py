@@ -1,6 +1,7 @@
 """davar.adev compared with published values, AllanTools, and the definition."""
 
 import math
+import resource
 
 import allantools
 import numpy as np
@@ -217,3 +218,31 @@ def test_intervals_hold_next_to_lines_and_in_motion(name, how):
     # 0.90 within three of sqrt(0.9 0.1 / 400)
     assert np.all(share > 0.90 - 0.045), share
     assert np.all(ratio < 2.5), ratio
+
+
+def test_a_flight_before_changes_no_interval():
+    random, window = np.random.default_rng(23), 64 * 156
+    rest = 0.2 * random.normal(size=2 * window) + 2e-3 * np.cumsum(random.normal(size=2 * window))
+    flight = np.rint(2e5 * np.sin(2 * np.pi * 0.003 * np.arange(30 * window))) * 1e-3
+    options = {"law": "fixed", "mode": "trailing", "segment": 0, "lsb": 1e-3, "bandwidth": "none"}
+    options |= {"window_max": window, "window_min": window, "stride": window, "details": True}
+    alone = davar.dynamic(rest, 100.0, **options)
+    after = davar.dynamic(np.concatenate([flight, rest]), 100.0, **options)
+    for m in alone.clusters:
+        for name in (f"adev_low_{m}", f"adev_high_{m}"):
+            assert after[name][-1] == pytest.approx(alone[name][-1], rel=1e-6), name
+
+
+def test_noise_below_half_a_count_has_no_limits():
+    found = davar.adev(np.rint(np.random.default_rng(24).normal(0, 0.2, 5000)), 100.0, lsb=1.0)
+    assert np.all(found.low == 0) and np.all(np.isinf(found.high))
+
+
+def test_no_memory_is_kept_for_fits_that_are_not_made():
+    stream = davar.Stream(100.0, lsb=0.01, stride=500, details=True, fit_every=7)
+    counts = np.rint(np.random.default_rng(25).normal(0, 20, 100_000)).astype(int)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    for _ in range(20):
+        stream.push(counts)
+        stream.results()
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 30_000  # kB

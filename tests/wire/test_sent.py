@@ -90,7 +90,7 @@ def assert_rows(rows, found, sizes, coefficients=5):
         for t, m in enumerate(sizes):
             assert same(row[f"adev_{m}"], one["adev", t]), (row["epoch"], m)
             low, high = row[f"adev_low_{m}"], row[f"adev_high_{m}"]
-            # Of white noise: a device has no batches for other noise.
+            # Of white noise: frames have no batches for other noise.
             is_white = row[f"arw_{UNITS[1]}"] and not row["flat_from"]
             if is_white and low and high and not isinstance(one["u", t], str):
                 wide = (float(high) - float(low)) / 2 / float(row[f"adev_{m}"])

@@ -22,7 +22,8 @@
 typedef enum { DAVAR_DEG_PER_S = 0, DAVAR_RAD_PER_S = 1 } davar_rate_unit_t;
 
 /** @return The ARW to use after a result: its value; without one that before, but no more than its
- * upper limit. arw_before: the return value before, at first that of the data sheet. */
+ * upper limit. arw_before: the return value before, at first that of the data sheet, in the
+ * unit of the result. */
 static inline double davar_arw_to_use(const davar_result_t *result, double arw_before)
 {
     const davar_coefficient_t *const arw = &result->coefficient[DAVAR_ANGLE_RANDOM_WALK];
