@@ -5,14 +5,6 @@
 #include "output/csv_out.h"
 #include "output/jsonl_out.h"
 
-/* For columns of a host only: frames and a device have the limits of the fit. */
-static bool open_batches(output_t *output, const options_t *options, const engine_t *engine,
-                         sim_error_t *error)
-{
-    return (options->out == OUT_LINK) || (options->device != NULL) ||
-           batches_open(&output->batches, options, engine, error);
-}
-
 bool output_open(output_t *output, const options_t *options, const engine_t *engine,
                  const selection_t *selection, sim_error_t *error)
 {
@@ -29,7 +21,8 @@ bool output_open(output_t *output, const options_t *options, const engine_t *eng
                                   .details = options->details};
     fields_make(&output->fields, &setup);
     return floors_open(&output->floors, options, engine, selection->name, error) &&
-           open_batches(output, options, engine, error) &&
+           ((options->out == OUT_LINK) || /* frames have the limits of the fit */
+            batches_open(&output->batches, options, engine, error)) &&
            watch_open(&output->watch, options, engine, error) &&
            ((options->out != OUT_LINK) || wire_out_open(&output->wire, options, engine, error));
 }
