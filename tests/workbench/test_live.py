@@ -192,7 +192,9 @@ def test_the_allan_curve_grows_to_a_day(folder, opened, sender):
     assert (found["m"], found["tau_s"]) == (sizes, [m / 2 for m in sizes])
     for t, m in enumerate(sizes):
         for name, column in (("adev", "adev"), ("low", "adev_low"), ("high", "adev_high")):
-            if found[name][t] is None:  # the last ones have too few differences for a limit
+            if name != "adev" and m <= 64:  # of the window, by batches, which frames do not have
+                assert found["low"][t] < found["adev"][t] < found["high"][t]
+            elif found[name][t] is None:  # the last ones have too few differences for a limit
                 assert m > 2**15
             else:
                 assert found[name][t] == close(truth[-1][f"{column}_{m}"], 2e-3), (name, m)
