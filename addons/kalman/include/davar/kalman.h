@@ -17,7 +17,7 @@
 
 #define DAVAR_DEG 0.017453292519943295 /**< rad */
 
-/** Unit of samples times unit_per_count, which that of every result follows: float samples in rad/s
+/** Unit of the rate: of the samples times unit_per_count. Results have it too: float samples in rad/s
  * give an ARW in rad/sqrt(h). */
 typedef enum { DAVAR_DEG_PER_S = 0, DAVAR_RAD_PER_S = 1 } davar_rate_unit_t;
 
