@@ -224,8 +224,7 @@ static cell_t show_floor(const epoch_row_t *row, uint32_t index)
 static cell_t show_floor_low(const epoch_row_t *row, uint32_t index)
 {
     (void)index;
-    return number_cell((row->floor->why == DAVAR_FLOOR_VALUE) ? (double)row->floor->low
-                                                              : (double)NAN);
+    return number_cell((double)row->floor->low);
 }
 
 static cell_t show_floor_high(const epoch_row_t *row, uint32_t index)

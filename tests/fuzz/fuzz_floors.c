@@ -1,5 +1,6 @@
 /* davar tests - the floor with any plan and samples, gaps and results that nobody takes: every limit
  * is a number or absent for a reason, and a refused plan changes nothing. */
+#include "davar/filter.h"
 #include "davar/floor.h"
 #include "digest.h"
 #include "fuzzing.h"
@@ -44,7 +45,8 @@ static void check_floor_result(void)
     const bool has_value = (result.why == DAVAR_FLOOR_VALUE);
     REQUIRE(strlen(davar_floor_why_text(result.why)) > 0U);
     REQUIRE(has_value == (isnan(result.value) == 0));
-    REQUIRE((result.low >= 0.0F) && (result.high >= result.low));
+    REQUIRE(has_value == (isnan(result.low) == 0));
+    REQUIRE(!(result.low < 0.0F) && (result.high >= 0.0F));
     REQUIRE(!has_value || ((result.low <= result.value) && (result.value <= result.high)));
     REQUIRE((result.share >= 0.0F) && (result.share <= 1.0F));
     REQUIRE((result.where >= 0.0F) && (result.where < 0.5F));

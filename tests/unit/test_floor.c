@@ -1,5 +1,6 @@
 /* davar tests - the floor (davar/floor.h): its transform by the definition, what a plan rejects, and
  * why a window has no value. */
+#include "davar/filter.h"
 #include "davar/floor.h"
 #include "floor_transform.h"
 #include "random.h"

@@ -376,7 +376,7 @@ void davar_floor_take(davar_floor_t *floor, const davar_floor_plan_t *plan,
                       davar_floor_result_t *result)
 {
     window_t window = {.segments = 0.0F};
-    *result = (davar_floor_result_t){.value = NAN, .high = HUGE_VALF};
+    *result = (davar_floor_result_t){.value = NAN, .low = NAN, .high = HUGE_VALF};
     read_blocks(floor, plan, &window, result);
     if (!(window.segments > 0.0F) || (plan->usable < FLOOR_USABLE_LEAST)) {
         result->why =

@@ -1,4 +1,5 @@
 /* davar - floor: what the filter and the differences do to each frequency (14.3). */
+#include "davar/filter.h"
 #include "davar/floor.h"
 
 #include "floor_transform.h"

@@ -14,7 +14,6 @@
 #ifndef DAVAR_FLOOR_H
 #define DAVAR_FLOOR_H
 
-#include "davar/filter.h"
 #include "davar/options.h"
 
 #include <stdbool.h>
@@ -42,6 +41,8 @@ typedef enum {
  * @return A text that is never null and must not be changed. Threads: any. Cost: O(1). */
 const char *davar_floor_status_text(davar_floor_status_t status);
 
+struct davar_filter; /* davar/filter.h */
+
 /** What a plan is made for. */
 typedef struct {
     double rate_hz;        /**< of the samples */
@@ -52,7 +53,7 @@ typedef struct {
     uint16_t block;
     /** between the noise and the samples, with its uncertainty; null: none. If there is one that you
      * do not know, do not use the floor: it reads far too low at the frequencies that are filtered */
-    const davar_filter_t *filter;
+    const struct davar_filter *filter;
 } davar_floor_config_t;
 
 /** What all axes of a gyro share. Fields are private. */
@@ -89,12 +90,12 @@ typedef enum {
  * @return A text that is never null and must not be changed. Threads: any. Cost: O(1). */
 const char *davar_floor_why_text(davar_floor_why_t why);
 
-/** The floor of a window. Without a value, low is 0 and high is an upper limit, or
- * infinity (FILLING, CLIPPED, STILL). */
+/** The floor of a window. Without a value, high is still an upper limit, or infinity (FILLING,
+ * CLIPPED, STILL). */
 typedef struct {
     davar_floor_why_t why; /**< DAVAR_FLOOR_VALUE: value is one */
     float value;           /**< deg/sqrt(h); NaN without one */
-    float low;             /**< lower 95 % limit, deg/sqrt(h) */
+    float low;             /**< lower 95 % limit, deg/sqrt(h); NaN without a value */
     float high;            /**< upper 95 % limit, deg/sqrt(h) */
     float where;           /**< middle of the quiet frequencies, over the sample rate */
     float share;           /**< of the usable frequencies, how many are within twice the density */
@@ -138,7 +139,8 @@ void davar_floor_start(davar_floor_t *floor);
  * Cost: O(1); every 32nd sample a transform of 64 samples. */
 bool davar_floor_push(davar_floor_t *floor, const davar_floor_plan_t *plan, int32_t count);
 
-/** Computes the result that is due. Cost: about that of 80 samples. */
+/** Computes the result that is due; before the first one, a result without a value. Cost: about that
+ * of 80 samples. */
 void davar_floor_take(davar_floor_t *floor, const davar_floor_plan_t *plan,
                       davar_floor_result_t *result);
 
