@@ -37,6 +37,8 @@ typedef struct {
     davar_node_channel_t channel;
     davar_node_t node;
     davar_glr_report_t report; /* with the newest result */
+    davar_floor_t floor;       /* with --floor, as what follows */
+    davar_floor_result_t newest_floor;
     davar_can_health_t health;
     int32_t count;
     davar_port_samples_t samples;
@@ -97,9 +99,22 @@ static void send_raw(gateway_t *gateway)
     gateway->index++;
 }
 
+static void push_floor(gateway_t *gateway, int32_t count, bool is_gap)
+{
+    if (is_gap) {
+        davar_floor_gap(&gateway->floor);
+    }
+    if (davar_floor_push(&gateway->floor, &gateway->settings.floor_plan, count)) {
+        davar_floor_take(&gateway->floor, &gateway->settings.floor_plan, &gateway->newest_floor);
+    }
+}
+
 static davar_port_read_t hand_out(gateway_t *gateway, const int32_t *count, uint32_t missing,
                                   davar_port_block_t *block)
 {
+    if (gateway->settings.floor) {
+        push_floor(gateway, *count, missing > 0U);
+    }
     gateway->samples.q31 = count;
     *block = (davar_port_block_t){.samples = &gateway->samples, .count = 1U, .missing = missing};
     return DAVAR_PORT_READ_BLOCK;
@@ -202,13 +217,17 @@ static uint64_t now_us(void)
 static davar_port_send_t send_result(void *context, size_t channel, const davar_result_t *result)
 {
     gateway_t *gateway = context;
+    const davar_floor_result_t *const floor =
+        gateway->settings.floor ? &gateway->newest_floor : NULL;
     (void)channel;
     update_alarm(gateway, result);
     take_health(gateway);
     if (gateway->settings.dialect != NULL) {
+        davar_telemetry_floor(&gateway->telemetry, floor);
         davar_telemetry_begin(&gateway->telemetry, result, &gateway->report, now_us());
         outbox_put_telemetry(&gateway->outbox, &gateway->telemetry);
     } else {
+        davar_encoder_floor(&gateway->encoder, floor);
         davar_encoder_begin(&gateway->encoder, result, &gateway->report, &gateway->health);
         outbox_put_all(&gateway->outbox, &gateway->encoder);
     }
@@ -310,6 +329,8 @@ static bool start(gateway_t *gateway, sim_error_t *error)
         return sim_fail(error, "--source: %s: %s", gateway->settings.source, strerror(errno));
     }
     davar_torn_init(&gateway->torn);
+    davar_floor_start(&gateway->floor);
+    davar_floor_take(&gateway->floor, &gateway->settings.floor_plan, &gateway->newest_floor);
     gateway->channel = (davar_node_channel_t){
         .davar = &gateway->davar, .number = DAVAR_PORT_Q31, .plan = &gateway->plan};
     return start_library(gateway, error) && open_pins(gateway, error) && open_link(gateway, error);

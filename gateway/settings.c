@@ -85,6 +85,9 @@ static const option_t RESULTS[] = {
      "one result every K samples (default 100, or a shorter --window-max)"},
     {"engine", "auto|grid", read_choice, AT(setup.engine),
      "algorithm for strides: equal results, different cost"},
+    {"floor", NULL, read_flag, AT(floor),
+     "also the noise between rotor lines and motion (docs/FLIGHT.md), in\n"
+     "can:, slcan: and mavlink:. It needs --bandwidth"},
     {0},
 };
 
@@ -157,6 +160,8 @@ static bool check_kind(const node_settings_t *settings, sim_error_t *error)
         {"node-id", settings->node_id.given, dialect != NULL,
          "mavlink:.., dronecan:IFACE or cyphal:IFACE"},
         {"system-id", settings->system_id.given, dialect == &davar_mavlink, "mavlink:.."},
+        {"floor", settings->floor, (dialect == NULL) || (dialect == &davar_mavlink),
+         "can:IFACE, slcan:PATH or mavlink:.."},
         {"subject-id", settings->subject_id.given, dialect == &davar_cyphal, "cyphal:IFACE"}};
     for (size_t i = 0; i < sizeof options / sizeof options[0]; i++) {
         if (options[i].given && !options[i].allowed) {
@@ -240,8 +245,11 @@ static bool configure(node_settings_t *settings, sim_error_t *error)
         (declares && !setup_filter(setup, config->rate_hz, &settings->filter, error))) {
         return false;
     }
-    setup_adapt(setup, config, declares ? &settings->filter : NULL);
-    return setup_curve(setup, config, DAVAR_PORT_Q31, &settings->curve, error);
+    const davar_filter_t *const filter = declares ? &settings->filter : NULL;
+    setup_adapt(setup, config, filter);
+    return (!settings->floor || setup_floor(config, DAVAR_PORT_Q31, filter, settings->source,
+                                            &settings->floor_plan, error)) &&
+           setup_curve(setup, config, DAVAR_PORT_Q31, &settings->curve, error);
 }
 
 command_status_t settings_parse(node_settings_t *settings, int argc, char **argv,

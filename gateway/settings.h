@@ -20,12 +20,14 @@ typedef struct {
     optional_u32_t system_id;
     optional_u32_t subject_id;
     bool wait;
+    bool floor;
     const davar_dialect_t *dialect; /* of --out; null: davar's own frames */
     davar_telemetry_address_t address;
     davar_config_t config;
     uint32_t taus[DAVAR_TAUS_MAX];
     davar_filter_t filter; /* at the sample rate */
     davar_curve_t curve;
+    davar_floor_plan_t floor_plan; /* with --floor */
 } node_settings_t;
 
 /* The table of all options. */

@@ -1,23 +1,7 @@
 /* davar-sim - floors. */
 #include "instances/floors.h"
 
-#include <math.h>
 #include <stdlib.h>
-
-#define SLOW_HZ 800.0 /* below, a window has half as many samples */
-
-static davar_floor_config_t config_of(const engine_t *engine, size_t c)
-{
-    const davar_config_t *const config = &engine->filtered[c].config;
-    const uint32_t bits = (config->sample_bits > 0U)           ? config->sample_bits
-                          : (engine->number == DAVAR_PORT_Q15) ? 16U
-                                                               : 24U;
-    return (davar_floor_config_t){.rate_hz = config->rate_hz,
-                                  .unit_per_count = config->unit_per_count,
-                                  .rail = (int32_t)((UINT32_C(1) << (bits - 1U)) - 1U),
-                                  .block = (config->rate_hz < SLOW_HZ) ? 128U : 256U,
-                                  .filter = engine->filters[c]};
-}
 
 bool floors_open(floors_t *floors, const options_t *options, const engine_t *engine,
                  const char *const *names, sim_error_t *error)
@@ -28,14 +12,6 @@ bool floors_open(floors_t *floors, const options_t *options, const engine_t *eng
     if (engine->number == DAVAR_PORT_F32) {
         return sim_fail(error, "--floor: needs counts: give --lsb, without --arith float");
     }
-    for (size_t c = 0; c < engine->count; c++) {
-        if (engine->filters[c] == NULL) {
-            return sim_fail(error,
-                            "--floor: %s: the filter is unknown, and the floor reads too low "
-                            "where it is; give --bandwidth FILTER, or none for raw samples",
-                            names[c]);
-        }
-    }
     floors->count = engine->count;
     floors->number = engine->number;
     floors->plans = calloc(engine->count, sizeof *floors->plans);
@@ -44,14 +20,13 @@ bool floors_open(floors_t *floors, const options_t *options, const engine_t *eng
         return sim_fail(error, "out of memory");
     }
     for (size_t c = 0; c < engine->count; c++) {
-        const davar_floor_config_t config = config_of(engine, c);
-        const davar_floor_status_t status = davar_floor_plan(&floors->plans[c], &config);
-        if (status != DAVAR_FLOOR_OK) {
-            return sim_fail(error, "--floor: %s", davar_floor_status_text(status));
+        if (!setup_floor(&engine->filtered[c].config, engine->number, engine->filters[c], names[c],
+                         &floors->plans[c], error)) {
+            return false;
         }
         davar_floor_start(&floors->channels[c].floor);
-        floors->channels[c].newest =
-            (davar_floor_result_t){.why = DAVAR_FLOOR_FILLING, .value = NAN, .high = HUGE_VALF};
+        davar_floor_take(&floors->channels[c].floor, &floors->plans[c],
+                         &floors->channels[c].newest);
     }
     return true;
 }

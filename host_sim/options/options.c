@@ -5,11 +5,26 @@
 
 #include <stdlib.h>
 
+static const davar_dialect_t *dialect_of(const options_t *options)
+{
+    davar_telemetry_address_t unused;
+    return (options->out == OUT_LINK) ? davar_link_dialect(options->link, 0U, &unused) : NULL;
+}
+
 /* davar's own frames. */
 static bool sends_frames(const options_t *options)
 {
-    davar_telemetry_address_t unused;
-    return (options->out == OUT_LINK) && (davar_link_dialect(options->link, 0U, &unused) == NULL);
+    return (options->out == OUT_LINK) && (dialect_of(options) == NULL);
+}
+
+static bool check_floor_option(const options_t *options, sim_error_t *error)
+{
+    const davar_dialect_t *const dialect = dialect_of(options);
+    if (options->device != NULL) {
+        return sim_fail(error, "--floor: cannot be used with --device");
+    }
+    return (dialect == NULL) || (dialect == &davar_mavlink) ||
+           sim_fail(error, "--floor: needs --out csv, jsonl, can:.., slcan:.. or mavlink:..");
 }
 
 static bool check_device(const options_t *options, sim_error_t *error)
@@ -35,9 +50,8 @@ static bool check(const options_t *options, sim_error_t *error)
     if ((options->device != NULL) && !check_device(options, error)) {
         return false;
     }
-    if (options->floor && ((options->out == OUT_LINK) || (options->device != NULL))) {
-        return sim_fail(error, "--floor: has columns only; give --out csv or jsonl, without "
-                               "--device");
+    if (options->floor && !check_floor_option(options, error)) {
+        return false;
     }
     return (options->setup.frames_only == NULL) || sends_frames(options) ||
            sim_fail(error, "--%s: needs --out can:IFACE or slcan:PATH", options->setup.frames_only);

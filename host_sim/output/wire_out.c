@@ -147,6 +147,7 @@ static bool send_telemetry(wire_out_t *wire, size_t channel, const epoch_row_t *
         !send_packet(wire, &packet, error)) {
         return false;
     }
+    davar_telemetry_floor(telemetry, row->floor);
     davar_telemetry_begin(telemetry, row->result, row->report, (uint64_t)time_us);
     while (davar_telemetry_next(telemetry, &packet)) {
         if (!send_packet(wire, &packet, error)) {
@@ -163,6 +164,7 @@ bool wire_out_result(wire_out_t *wire, size_t channel, const epoch_row_t *row, s
         return send_telemetry(wire, channel, row, error);
     }
     davar_encoder_monitor(&wire->encoder[channel], row->misfit);
+    davar_encoder_floor(&wire->encoder[channel], row->floor);
     davar_encoder_begin(&wire->encoder[channel], row->result, row->report, &wire->health);
     return send_all(wire, channel, error);
 }

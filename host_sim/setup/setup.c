@@ -14,6 +14,8 @@
  * that is longer by this factor is not too long. */
 #define REACHES (1.0 + 1e-6)
 
+#define FLOOR_SLOW_HZ 800.0 /* below, the window of a floor has half as many samples */
+
 static uint32_t either(const optional_u32_t *option, uint32_t otherwise)
 {
     return option->given ? option->value : otherwise;
@@ -258,4 +260,26 @@ bool setup_curve(const setup_t *setup, const davar_config_t *config, davar_port_
     davar_curve_make(curve, config, (count <= most) ? count : 0U);
     return ((count > 0U) && (count <= most)) ||
            fail_longest_tau(config, first_s, most, setup->longest_tau_s, error);
+}
+
+bool setup_floor(const davar_config_t *config, davar_port_number_t number,
+                 const davar_filter_t *filter, const char *name, davar_floor_plan_t *plan,
+                 sim_error_t *error)
+{
+    const uint32_t widest = (number == DAVAR_PORT_Q15) ? 16U : 24U;
+    const uint32_t bits = (config->sample_bits > 0U) ? config->sample_bits : widest;
+    const davar_floor_config_t wanted = {.rate_hz = config->rate_hz,
+                                         .unit_per_count = config->unit_per_count,
+                                         .rail = (int32_t)((UINT32_C(1) << (bits - 1U)) - 1U),
+                                         .block = (config->rate_hz < FLOOR_SLOW_HZ) ? 128U : 256U,
+                                         .filter = filter};
+    if (filter == NULL) {
+        return sim_fail(error,
+                        "--floor: %s: the filter is unknown, and the floor reads too low where it "
+                        "is; give --bandwidth FILTER, or none for raw samples",
+                        name);
+    }
+    const davar_floor_status_t status = davar_floor_plan(plan, &wanted);
+    return (status == DAVAR_FLOOR_OK) ||
+           sim_fail(error, "--floor: %s", davar_floor_status_text(status));
 }

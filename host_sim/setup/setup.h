@@ -5,6 +5,7 @@
 
 #include "davar/can.h"
 #include "davar/filter.h"
+#include "davar/floor.h"
 #include "davar_curve.h"
 #include "davar_law_id.h"
 #include "setup/bandwidth.h"
@@ -93,6 +94,12 @@ bool setup_filter(const setup_t *setup, double rate_hz, davar_filter_t *filter, 
 /* Sets what follows from the filter: whitening, and the bounds of --unstable-rate. filter null:
  * unknown. */
 void setup_adapt(const setup_t *setup, davar_config_t *config, const davar_filter_t *filter);
+
+/* Plans the floor of one channel, for --floor. filter null: unknown. False: it is, or the library
+ * rejects the configuration; the message names the channel. */
+bool setup_floor(const davar_config_t *config, davar_port_number_t number,
+                 const davar_filter_t *filter, const char *name, davar_floor_plan_t *plan,
+                 sim_error_t *error);
 
 /* Sets the cluster sizes of a result: those of the window, then every octave up to --longest-tau.
  * False: the cascade would have no size, or more than it can have. */

@@ -13,7 +13,8 @@ CHOICES = ("q15", "q31", "laws")  # davar/options.h
 PARTS = {
     **dict.fromkeys(("average", "cascade", "floor", "kalman", "monitor"), ()),
     **dict.fromkeys(("select", "telemetry", "torn"), ()),
-    "can": ("monitor",),
+    "can": ("floor", "monitor"),
+    "telemetry": ("floor",),
     "state": ("cascade",),
 }
 IN_HEADERS = ("average", "kalman", "torn")  # parts without a library

@@ -177,7 +177,8 @@ def test_the_rows_do_not_depend_on_the_pace_or_the_other_columns(tmp_path):
     "options, way",
     (
         (("--bandwidth", "none", "--arith", "float"), "counts"),
-        (("--bandwidth", "none", "--out", "slcan:/dev/null"), "csv"),
+        (("--bandwidth", "none", "--out", "dronecan:can0"), "mavlink:.."),
+        (("--bandwidth", "none", "--device", "tools/davar-mcu"), "--device"),
         ((), "--bandwidth"),
         (("--bandwidth", "auto"), "gyro_x_dps: the filter is unknown"),
     ),

@@ -29,6 +29,8 @@ RECORD = np.dtype(
         ("unstable", "u1"),
         ("young", "u1"),
         ("alarm", "u1"),
+        ("floor", "f4", 3),  # value, low, high
+        ("floor_why", "u4"),
     ]
 )
 QN, ARW, BI, RRW, RR = range(5)
@@ -58,6 +60,9 @@ def results(seed, count):
     for name, bits in (("epoch", 64), ("time_us", 64), ("window_samples", 32)):
         whole = source.integers(0, 2**bits, count, dtype=np.uint64)
         made[name] = whole >> source.integers(0, bits, count, dtype=np.uint64)
+    with np.errstate(over="ignore"):
+        made["floor"] = numbers((count, 3)).astype("f4")
+    made["floor_why"] = source.integers(0, 7, count)
     made["noise"] = source.integers(0, 6, count)
     for name in ("unstable", "young", "alarm"):
         made[name] = source.integers(0, 2, count)
@@ -71,10 +76,10 @@ def batches(count):
         yield results(seed, math.ceil(count / number)), seed % 10
 
 
-def packets(dialect, made, channel=0, node=42, system=7, subject=3700):
+def packets(dialect, made, channel=0, node=42, system=7, subject=3700, floor=0):
     """[(identifier, data)] of results."""
     output = subprocess.run(
-        [PROBE, dialect, *map(str, (channel, node, system, subject, RATE_HZ))],
+        [PROBE, dialect, *map(str, (channel, node, system, subject, RATE_HZ, floor))],
         input=made.tobytes(),
         stdout=subprocess.PIPE,
         check=True,

@@ -1,7 +1,7 @@
 /* davar tests - the dialects of autopilots as a filter, for Python tests that decode the packets.
  *
- *   telemetry_probe DIALECT CHANNEL NODE SYSTEM SUBJECT RATE
- *       results on standard input (record_t), packets on standard output: identifier (4 bytes),
+ *   telemetry_probe DIALECT CHANNEL NODE SYSTEM SUBJECT RATE FLOOR
+ *       FLOOR 1: sends floors too; results on standard input (record_t), packets on standard output: identifier (4 bytes),
  *       length (1 byte), data
  *   telemetry_probe covariance
  *       six variances (doubles) each, 12 bytes each */
@@ -22,6 +22,8 @@ typedef struct {
     uint8_t unstable;
     uint8_t young;
     uint8_t alarm;
+    float floor[3]; /* value, low, high */
+    uint32_t floor_why;
 } record_t;
 
 static const struct {
@@ -84,6 +86,11 @@ static int encode(char **argv)
         take(&record, &result);
         const davar_glr_report_t report = {.young = record.young != 0U,
                                            .alarm = record.alarm != 0U};
+        const davar_floor_result_t floor = {.why = (davar_floor_why_t)record.floor_why,
+                                            .value = record.floor[0],
+                                            .low = record.floor[1],
+                                            .high = record.floor[2]};
+        davar_telemetry_floor(&telemetry, (argv[7][0] == '1') ? &floor : NULL);
         davar_telemetry_begin(&telemetry, &result, &report, record.time_us);
         while (davar_telemetry_next(&telemetry, &packet)) {
             print(&packet);
@@ -108,5 +115,5 @@ int main(int argc, char **argv)
     if ((argc == 2) && (strcmp(argv[1], "covariance") == 0)) {
         return covariance();
     }
-    return (argc == 7) ? encode(argv) : 2;
+    return (argc == 8) ? encode(argv) : 2;
 }

@@ -73,6 +73,12 @@ def test_every_dialect_gives_the_values_that_were_sent(dialect):
     assert receiver.faults.total() == 0, receiver.faults
 
 
+@pytest.mark.parametrize("dialect", ["gyro_noise", "dronecan", "cyphal"])
+def test_messages_without_a_place_for_the_floor_do_not_change(dialect):
+    made = consecutive(3)
+    assert packets(dialect, made, floor=1) == packets(dialect, made)
+
+
 @every_dialect
 def test_lost_packets_are_counted_and_no_result_is_mixed(dialect):
     each, made, receiver = EACH[dialect], consecutive(2), dialects.DialectReceiver(dialect)
@@ -166,7 +172,7 @@ def any_message(dialect, data, number, sender):
         return 0x146E742A, data[:60] + last
     floats = np.frombuffer(data[:60] * 4, "f4")[:58].tolist()
     if number % 2:
-        floats[13:16] = [float(one) for one in data[:3]]
+        floats[13:16], floats[19] = [float(one) for one in data[:3]], float(data[3])
     message = common.MAVLink_debug_float_array_message(0, b"davar", data[0] % 12, floats)
     return 0, message.pack(sender)
 
@@ -217,7 +223,7 @@ def line_of(kind):
 @pytest.mark.parametrize("kind", ["udp", "serial"])
 def test_mavlink_by_udp_and_on_a_serial_line(tmp_path, kind):
     made, path, until = consecutive(8), tmp_path / "arw.csv", time.monotonic() + HANG_S
-    frames = packets("mavlink", made, channel=1)
+    frames = packets("mavlink", made, channel=1, floor=1)
     with contextlib.ExitStack() as stack:
         source, send = stack.enter_context(line_of(kind))
         command = [sys.executable, "-B", "-m", "davarlab", "live", source, "--record", str(path)]
@@ -226,7 +232,7 @@ def test_mavlink_by_udp_and_on_a_serial_line(tmp_path, kind):
         stack.callback(live.communicate)
         stack.callback(live.kill)
         # the first until it listens: repetitions are dropped
-        first, rest = itertools.cycle(frames[:3]), iter(frames[3:])
+        first, rest = itertools.cycle(frames[:4]), iter(frames[4:])
         while len(rows := rows_of(path)) < COUNT:
             assert live.poll() is None
             assert time.monotonic() < until
@@ -242,3 +248,6 @@ def test_mavlink_by_udp_and_on_a_serial_line(tmp_path, kind):
     texts = ["" if np.isnan(one) else f"{one:.9g}" for one in sent(made["coefficient"][:, ARW, 0])]
     assert [row["arw_deg_per_sqrt_h"] for row in rows] == texts
     assert [row["epoch"] for row in rows] == [str(one) for one in made["epoch"]]
+    floors = [f"{one:.9g}" if np.isfinite(one) else "" for one in sent(made["floor"][:, 2], True)]
+    assert [row["floor_high_deg_per_sqrt_h"] for row in rows] == floors
+    assert [row["floor_why"] for row in rows] == [str(one) for one in made["floor_why"]]

@@ -43,10 +43,10 @@ def generated(tmp_path_factory):
     del sys.modules["davar_dialect"]
 
 
-def decoded(module, dialect, made, node, system, channel):
+def decoded(module, dialect, made, node, system, channel, floor=0):
     """The messages of results, from one stream of bytes. They are numbered."""
     parser = module.MAVLink(None)
-    made = packets(dialect, made, channel=channel, node=node, system=system)
+    made = packets(dialect, made, channel=channel, node=node, system=system, floor=floor)
     stream = b"".join(data for _, data in made)
     found = parser.parse_buffer(stream)
     assert (parser.total_receive_errors, parser.total_bytes_received) == (0, len(stream))
@@ -79,6 +79,19 @@ def test_every_message_is_read(number):
         assert (data[:, 14] == state(made)).all()
         assert (data[:, 15] == made["epoch"] % 2**24).all()
         assert not data[:, 16:].any()
+
+
+def test_the_floor_is_a_named_value_and_at_the_end_of_the_array():
+    for made, channel in batches(1000):
+        found = decoded(common, "mavlink", made, 191, 3, channel, floor=1)
+        assert len(found) == 4 * len(made)
+        floor, low, high = (sent(made["floor"][:, at], at == 2) for at in range(3))
+        assert {one.name for one in found[3::4]} == {"FLR_" + NAMES[channel]}
+        assert mismatches(floor, [one.value for one in found[3::4]]) == 0
+        data = np.array([one.data for one in found[2::4]])
+        assert mismatches(np.stack([floor, low, high], axis=1), data[:, 16:19]) == 0
+        assert (data[:, 19] == made["floor_why"]).all()
+        assert not data[:, 20:].any()
 
 
 @pytest.mark.parametrize("number", MESSAGES)

@@ -5,6 +5,7 @@ the CSV, and a peer that is not there is counted and survived.
 import contextlib
 import csv
 import io
+import math
 import os
 import re
 import select
@@ -81,17 +82,18 @@ def same(wanted, found):
     return float(wanted) == pytest.approx(found, rel=1e-7)
 
 
-def test_the_values_are_those_of_the_csv(peer):
-    text = counts(1000)
-    with node_to(peer.where, "--channel", "2", "--system-id", "9") as node:
+@pytest.mark.parametrize("words", [(), ("--floor", "--bandwidth", "none")])
+def test_the_values_are_those_of_the_csv(peer, words):
+    text, each = counts(1000), 4 if words else 3
+    with node_to(peer.where, "--channel", "2", "--system-id", "9", *words) as node:
         said = node.communicate(text)[1]
     assert re.fullmatch(r"davar-node: 1000 samples, \d+ results[^\n]*\n", said)
-    command = [SIM, "-", *SETUP, *TRAILING]
+    command = [SIM, "-", *SETUP, *TRAILING, *words]
     done = subprocess.run(command, input="gyro_z_counts\n" + text, text=True, capture_output=True)
     found, rows = peer.received(), list(csv.DictReader(io.StringIO(done.stdout)))
-    assert len(found) == 3 * len(rows) > 30
+    assert len(found) == each * len(rows) > 30
     assert {(one.get_srcSystem(), one.get_srcComponent()) for one in found} == {(9, 193)}
-    for row, arw, bi, array in zip(rows, found[0::3], found[1::3], found[2::3]):
+    for row, arw, bi, array in zip(rows, found[0::each], found[1::each], found[2::each]):
         assert (arw.name, bi.name) == ("ARW_Z", "BI_Z")
         assert same(row["arw_deg_per_sqrt_h"], arw.value)
         assert same(row["bi_deg_per_h"], bi.value)
@@ -100,6 +102,14 @@ def test_the_values_are_those_of_the_csv(peer):
         assert same(row["kurtosis"], array.data[11])
         assert int(row["window_samples"]) == array.data[13]
         assert int(row["unstable"]) == int(array.data[14]) >> 3 & 1
+        if words:
+            for at, limit in enumerate(("", "_low", "_high")):
+                value = array.data[16 + at]
+                field = row[f"floor{limit}_deg_per_sqrt_h"]
+                assert same(field, math.nan if value == math.inf else value)
+            assert int(row["floor_why"]) == array.data[19]
+    if words:
+        assert [one.name for one in found[3::each]] == ["FLR_Z"] * len(rows)
 
 
 def test_pymavlink_reads_a_serial_line():

@@ -18,6 +18,7 @@ static davar_config_t config;
 static davar_result_t result;
 static davar_glr_report_t report;
 static davar_misfit_t misfit;
+static davar_floor_result_t noise_floor;
 static davar_can_health_t health;
 static davar_encoder_t encoder;
 static davar_telemetry_t telemetry;
@@ -81,6 +82,10 @@ static void choose_result(bytes_t *bytes)
         coefficient->low = any(bytes);
         coefficient->high = any(bytes);
     }
+    noise_floor.why = (davar_floor_why_t)(byte(bytes) % ((unsigned)DAVAR_FLOOR_STILL + 1U));
+    noise_floor.value = (float)any(bytes);
+    noise_floor.low = (float)any(bytes);
+    noise_floor.high = (float)any(bytes);
     misfit.health = any(bytes);
     misfit.worst = byte(bytes) % (uint8_t)(result.tau_count + 1U);
     misfit.compared = byte(bytes) % (uint8_t)(result.tau_count + 1U);
@@ -142,6 +147,7 @@ static void send(bytes_t *bytes)
     davar_encoder_session(&encoder, byte(bytes));
     const uint8_t absent = byte(bytes);
     davar_encoder_monitor(&encoder, ((absent % 4U) == 0U) ? NULL : &misfit);
+    davar_encoder_floor(&encoder, ((absent % 5U) == 0U) ? NULL : &noise_floor);
     davar_encoder_begin(&encoder, &result, ((absent % 3U) == 0U) ? NULL : &report, &health);
     check_frames();
 }
@@ -193,6 +199,7 @@ static void send_telemetry(bytes_t *bytes)
     uint64_t now = magnitude(bytes);
     for (uint32_t left = between(bytes, 1U, 5U); left > 0U; left--) {
         uint32_t packets = 0U;
+        davar_telemetry_floor(&telemetry, ((now % 5U) == 0U) ? NULL : &noise_floor);
         now += magnitude(bytes);
         if (davar_telemetry_heartbeat(&telemetry, now, &packet)) {
             add_packet(&packet);

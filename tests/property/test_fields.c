@@ -182,6 +182,31 @@ static void test_change(void)
     }
 }
 
+static void test_the_floor_its_limits_and_the_reasons(void)
+{
+    static const float values[] = {0.0F, 1e-30F, 0.5F, 1e30F};
+    const float limits[] = {NAN, INFINITY, 3e-8F, 7e5F};
+    davar_floor_result_t floor;
+    for (uint32_t i = 0U; i < 4U * 4U * 7U; i++) {
+        floor = (davar_floor_result_t){.why = (davar_floor_why_t)(i % 7U),
+                                       .value = ((i % 7U) == 0U) ? values[i % 4U] : NAN,
+                                       .low = values[(i / 4U) % 4U],
+                                       .high = limits[(i / 16U) % 4U]};
+        const float sent[3] = {floor.value, floor.low, floor.high};
+        begin((i % 2U) ? DAVAR_SEND_FD : 0U);
+        davar_encoder_floor(&encoder, &floor);
+        for (uint8_t kind = 0U; kind <= DAVAR_FLOOR_HIGH; kind++) {
+            receive(DAVAR_MESSAGE_FLOOR);
+            TEST_ASSERT_EQUAL(kind, wire.index);
+            TEST_ASSERT_EQUAL(floor.why, wire.floor_why);
+            TEST_ASSERT_EQUAL(isnan(sent[kind]) != 0, isnan(wire.value) != 0);
+            if (!isnan(sent[kind])) {
+                TEST_ASSERT_EQUAL_MEMORY(&sent[kind], &wire.value, sizeof wire.value);
+            }
+        }
+    }
+}
+
 /* A frame of CAN FD has narrower fields. */
 static void test_a_result_in_one_frame(void)
 {
@@ -284,6 +309,7 @@ int main(int count, char **arguments)
     RUN_TEST(test_arw_its_uncertainty_and_the_reasons);
     RUN_TEST(test_every_deviation_and_uncertainty);
     RUN_TEST(test_change);
+    RUN_TEST(test_the_floor_its_limits_and_the_reasons);
     RUN_TEST(test_a_result_in_one_frame);
     RUN_TEST(test_health_counters_and_session);
     RUN_TEST(test_pairs_and_counts_of_raw_samples);

@@ -84,7 +84,7 @@ ROOMS = {
     "host_sim": {room: set(SIM_ROOMS[:at]) for at, room in enumerate(SIM_ROOMS)},
 }
 # The parts: which others each may include.
-PARTS_USE = {"can": {"monitor"}, "state": {"cascade"}}
+PARTS_USE = {"can": {"floor", "monitor"}, "state": {"cascade"}, "telemetry": {"floor"}}
 STORIES_MAX = {"lib/src": 18, "host_sim": 12}  # of a room: a header and its source are one
 
 

@@ -173,7 +173,9 @@ static void test_a_foreign_frame_is_reported(void)
         {0x5D7U, 8U, 33U, true, DAVAR_DECODE_VALUE},
         {0x5D7U, 8U, 33U, false, DAVAR_DECODE_CRC},
         {0x5D7U, 7U, 33U, true, DAVAR_DECODE_LENGTH},
-        {0x5DCU, 7U, 33U, true, DAVAR_DECODE_FOREIGN},
+        {0x5DCU, 8U, 3U, true, DAVAR_DECODE_VALUE},
+        {0x5DCU, 8U, 7U << 2U, true, DAVAR_DECODE_VALUE},
+        {0x5DDU, 7U, 33U, true, DAVAR_DECODE_FOREIGN},
         {0x5CFU, 8U, 33U, true, DAVAR_DECODE_FOREIGN},
     };
     for (size_t i = 0U; i < sizeof cases / sizeof cases[0]; i++) {
@@ -222,6 +224,9 @@ static void test_impossible_values_are_rejected_and_absent_ones_are_not(void)
         {0x5D6U, DAVAR_SETUP_UNIT + 1U, 0x000U}, /* no such item */
         {0x5DBU, 0U, 0x000U},                    /* a result has at least one frame */
         {0x5DBU, 1U, 0xFFFU},
+        {0x5DCU, 0U, 0x01FU},
+        {0x5DCU, 1U, 0x01FU},
+        {0x5DCU, DAVAR_FLOOR_HIGH, 0x41FU},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         for (size_t k = 0; k < sizeof values / sizeof values[0]; k++) {

@@ -114,6 +114,13 @@ def is_monitor(values, signals):
     return is_float(health, signals["ModelHealth"]) and signals["WorstTau"] == expected
 
 
+def is_floor(values, signals):
+    why, *floor = values["L"]
+    kind = signals["FloorKind"]
+    name = ("FloorDegPerSqrtH", "FloorLowDegPerSqrtH", "FloorHighDegPerSqrtH")[kind]
+    return signals["FloorWhy"].value == why and is_float(floor[kind], signals[name])
+
+
 def is_end(values, signals):
     found = tuple(signals[name] for name in ("Session", "Frames", "Digest"))
     return found == (SESSION, *values["E"])
@@ -152,13 +159,14 @@ CHECKS = {
     "ResultFd": is_fd,
     "Change": is_change,
     "End": is_end,
+    "Floor": is_floor,
 }
 
 
-def results(seed, count, content, channel=0):
+def results(seed, count, content, channel, *floor):
     """Yields (values, frames) of random results; frames are (identifier, data)."""
     values, frames = None, []
-    for line in [*probe("encode", seed, count, content, channel), "R end"]:
+    for line in [*probe("encode", seed, count, content, channel, *floor), "R end"]:
         kind, *word = line.split()
         if kind == "R":
             if values:
@@ -167,7 +175,7 @@ def results(seed, count, content, channel=0):
         elif kind == "F":
             slcan = word[2] if len(word) > 2 else None
             frames.append((int(word[0], 16), bytes.fromhex(word[1]), slcan))
-        elif kind in "MG":
+        elif kind in "MGL":
             values[kind] = [float(number) for number in word]
         elif kind == "H":
             values["H"].append(int(word[1]))
@@ -178,6 +186,7 @@ def results(seed, count, content, channel=0):
 HEAD, TAIL = ["State", "Stationarity", "Arw"], ["Health", "Setup", "End"]
 ADEVS, REST = ["Adev"] * TAUS, ["Adev"] * (TAUS - 8)
 MONITOR = ["Monitor"] * (TAUS + 1)
+FLOOR = ["Floor"] * 3
 
 
 @pytest.mark.parametrize(
@@ -193,12 +202,15 @@ MONITOR = ["Monitor"] * (TAUS + 1)
         (9, 0, 8, [*HEAD, "Change", *TAIL]),
         (10, 3, 34, [*HEAD, *["Change"] * 4, *ADEVS, *["Coefficient"] * 5, *TAIL]),
         (11, 8, 9, ["ResultFd", *["Change"] * 4, *REST, *TAIL]),
+        (12, 0, 0, [*HEAD, *FLOOR, *TAIL]),
+        (13, 24, 9, ["ResultFd", *["Change"] * 4, *REST, *MONITOR, *FLOOR, *TAIL]),
     ],
 )
 @pytest.mark.parametrize("count", [60, pytest.param(300, marks=pytest.mark.slow)])
 def test_every_frame_has_the_values_of_its_result(seed, content, channel, names, count):
     numbers, state = {}, None
-    for values, frames in results(seed, count, content, channel):
+    floor = ["floor"] if "Floor" in names else []
+    for values, frames in results(seed, count, content, channel, *floor):
         seen = []
         own = [(one, data) for one, data, _ in frames if (one - BASE) % STEP not in OF_NO_RESULT]
         digests = [fnv1a(one.to_bytes(2, "little") + data[1:]) for one, data in own]

@@ -39,7 +39,7 @@ def loaded(text):
 
 
 @pytest.mark.parametrize(
-    ("base", "channel"), [(0x5D0, 0), (0x600, 2), (0x7F4, 0), (0, 34), (0x5D0, 34)]
+    ("base", "channel"), [(0x5D0, 0), (0x600, 2), (0x7F0, 0), (0, 34), (0x5D0, 34)]
 )
 def test_every_message_is_at_its_place_with_the_same_layout(base, channel):
     found, shift = loaded(dbc.moved(base, [channel])).messages, base - 0x5D0 + 16 * channel

@@ -66,6 +66,10 @@ TOGETHER = {
     "--base 7F0 --channel 1": "--base: channel 1 does not fit into 11-bit identifiers",
     **{f"{name} glr --alarm-on 1": "--alarm-on: cannot be used with --law glr"
        for name in ("--law", "--policy")},  # its old name
+    "--floor": "--floor: -: the filter is unknown, and the floor reads too low where it is; give "
+               "--bandwidth FILTER, or none for raw samples",
+    **{f"--out {out} --floor --bandwidth none": "--floor: needs --out can:IFACE, slcan:PATH or "
+       "mavlink:.." for out in ("dronecan:can0", "cyphal:can0")},
     "--node-id 5": f"--node-id: needs --out {ANY}",
     **{f"--out {out} --system-id 5": "--system-id: needs --out mavlink:.."
        for out in ("slcan:pty", "dronecan:can0", "cyphal:can0")},

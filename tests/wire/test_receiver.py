@@ -168,7 +168,7 @@ def test_lost_results_beyond_sixteen_add_up():
 
 def test_frames_of_others_and_of_another_length():
     receiver = wire.Receiver()
-    for identifier in (0x123, 0x5CF, 0x5DC, 0x5DF):
+    for identifier in (0x123, 0x5CF, 0x5DD, 0x5DF):
         receiver.push(identifier, bytes(8))
     assert (receiver.faults.foreign, receiver.faults.total()) == (4, 0)
     receiver.push(ARW, b"")

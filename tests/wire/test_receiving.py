@@ -303,6 +303,9 @@ IMPOSSIBLE = [
     (0x5D7, 0, (math.inf,)),
     (0x5D7, 32, (-1.0,)),
     (0x5D1, 0, (1.0,)),
+    (0x5DC, 0, (math.inf, -1.0)),
+    (0x5DC, 2, (-math.inf,)),
+    (0x5DC, 7 << 2, (1.0,)),  # no reason
 ]
 
 

@@ -14,6 +14,10 @@ UNIT = 0.05
 SMALL = ("--window-max", 200, "--window-min", 100, "--segment", 30, "--stride", 50)
 COEFFICIENTS = ("qn", "arw", "bi", "rrw", "rr")  # in the order of DAVAR_Coefficient
 UNITS = ("deg", "deg_per_sqrt_h", "deg_per_h", "deg_per_h_per_sqrt_h", "deg_per_h2")
+FLOOR = {
+    f"Floor{limit}DegPerSqrtH": f"floor{limit and '_' + limit.lower()}_deg_per_sqrt_h"
+    for limit in ("", "Low", "High")
+} | {"FloorWhy": "floor_why"}
 CHANGES = ("change_older", "change_newer", "change_gain")
 
 
@@ -74,6 +78,8 @@ def assembled(sent, base=0x5D0):
 
 def same(field, value, relative=1.2e-7, absolute=0.0):
     """A field of the CSV, and a value of a frame."""
+    if value == math.inf:  # no limit
+        return field == ""
     if isinstance(value, str) or not isinstance(value, (int, float)) or math.isnan(value):
         return field == "" or str(value) == "beyond"
     return field != "" and math.isclose(float(field), value, rel_tol=relative, abs_tol=absolute)
@@ -95,6 +101,9 @@ def assert_rows(rows, found, sizes, coefficients=5):
             if is_white and low and high and not isinstance(one["u", t], str):
                 wide = (float(high) - float(low)) / 2 / float(row[f"adev_{m}"])
                 assert one["u", t] == pytest.approx(wide, abs=0.00051) or wide > 2
+        for signal, column in FLOOR.items() if "floor_why" in row else ():
+            value = one[signal]
+            assert same(row[column], getattr(value, "value", value)), (row["epoch"], column)
         for kind in range(coefficients):
             name, unit = COEFFICIENTS[kind % 5], UNITS[kind % 5]
             limit = ("", "_low", "_high")[kind // 5]
@@ -112,6 +121,7 @@ SETTINGS = {
     "and, centred": ("--law", "and", *SMALL),
     "fixed, list": ("--law", "fixed", "--taus", "1,3,9", *SMALL),
     "longest tau": ("--mode", "trailing", *SMALL, "--longest-tau", 2.6),
+    "floor": ("--mode", "trailing", *SMALL, "--bandwidth", "none", "--floor"),
 }
 SIZES = {"fixed, list": (1, 3, 9), "longest tau": (*OCTAVES, 64, 128, 256)}
 
@@ -189,6 +199,11 @@ NODES = {
     ),
     "filter": (CUTOFF, (*DEFAULT, *CUTOFF), LONG),
     "window": 2 * ((*WINDOW, *BOUNDS),) + ((1, 3, 9),),
+    "floor": (
+        (*SMALL, "--bandwidth", "none", "--floor"),
+        (*SMALL, "--bandwidth", "none", "--floor"),
+        OCTAVES,
+    ),
     "unstable rate": 2 * ((*WINDOW, "--unstable-rate", 0.05),) + ((1, 3, 9),),
     "longest window": (
         ("--window-max", 60),

@@ -1,6 +1,7 @@
 /* davar tests - the encoder as a program, for Python tests that read its frames.
  *
- *   wire_probe encode SEED RESULTS CONTENT CHANNEL   random results: their values, then their frames
+ *   wire_probe encode SEED RESULTS CONTENT CHANNEL [floor]
+ *                                                    random results: their values, then their frames
  *   wire_probe run SEED RESULTS SESSION STRIDE CONTENT FIRST CHANNEL   one run of a sender to its end
  *   wire_probe raw CHANNEL | rates CHANNEL           samples on standard input (index value): frames
  */
@@ -80,6 +81,17 @@ static void make_misfit(random_t *random, davar_misfit_t *misfit)
     }
 }
 
+static void make_floor(random_t *random, davar_floor_result_t *floor)
+{
+    const double high = any(random);
+    *floor = (davar_floor_result_t){.why = (davar_floor_why_t)(random_next(random) % 7U),
+                                    .value = (float)any(random),
+                                    .low = (float)any(random),
+                                    .high = (high > 1e6) ? INFINITY : (float)high};
+    (void)printf("L %d %.17g %.17g %.17g\n", (int)floor->why, (double)floor->value,
+                 (double)floor->low, (double)floor->high);
+}
+
 static void print_result(const davar_result_t *result, const davar_glr_report_t *report,
                          const davar_can_health_t *health)
 {
@@ -133,6 +145,7 @@ static int encode(char **argv)
     davar_glr_report_t report = {0};
     davar_can_health_t health = {{0}};
     davar_misfit_t misfit;
+    davar_floor_result_t floor;
     davar_frame_t frame;
     config.law = (strtoul(argv[5], NULL, 10) >= 8U) ? &davar_law_glr_q15 : NULL;
     if (!davar_encoder_init(&encoder, &config, DAVAR_CAN_BASE, (uint8_t)strtoul(argv[5], NULL, 10),
@@ -146,6 +159,10 @@ static int encode(char **argv)
         make_misfit(&random, &misfit);
         print_result(&result, &report, &health);
         print_misfit(&misfit);
+        if (argv[6] != NULL) { /* "floor" */
+            make_floor(&random, &floor);
+            davar_encoder_floor(&encoder, &floor);
+        }
         davar_encoder_begin(&encoder, &result, &report, &health);
         while (davar_encoder_next(&encoder, &frame)) {
             print_frame(&frame);
@@ -230,7 +247,7 @@ static int raw(bool floats, char **argv)
 
 int main(int argc, char **argv)
 {
-    if ((argc == 6) && (strcmp(argv[1], "encode") == 0)) {
+    if (((argc == 6) || (argc == 7)) && (strcmp(argv[1], "encode") == 0)) {
         return encode(argv);
     }
     if ((argc == 9) && (strcmp(argv[1], "run") == 0)) {

@@ -202,6 +202,16 @@ static bool read_monitor(const davar_frame_t *frame, davar_decoded_t *wire)
            is_monitor(wire);
 }
 
+static bool read_floor(const davar_frame_t *frame, davar_decoded_t *wire)
+{
+    const uint32_t why = get(frame, signal_floor_why);
+    const bool is_known = (why <= (uint32_t)DAVAR_FLOOR_STILL) &&
+                          read_index(frame, signal_floor_kind, DAVAR_FLOOR_HIGH + 1U, wire);
+    wire->floor_why = (davar_floor_why_t)why;
+    return is_known && (is_magnitude(wire->value) ||
+                        ((wire->index == DAVAR_FLOOR_HIGH) && (wire->value > FLT_MAX)));
+}
+
 /* Reads the fields of this message except `value` and `number`. False: an undefined index or
  * value. */
 static bool read_message(const davar_frame_t *frame, davar_decoded_t *wire)
@@ -219,6 +229,7 @@ static bool read_message(const davar_frame_t *frame, davar_decoded_t *wire)
         [DAVAR_MESSAGE_RAW] = read_raw,
         [DAVAR_MESSAGE_CHANGE] = read_change,
         [DAVAR_MESSAGE_END] = read_end,
+        [DAVAR_MESSAGE_FLOOR] = read_floor,
     };
     _Static_assert((sizeof read / sizeof read[0]) == (size_t)DAVAR_MESSAGE_COUNT,
                    "every message has a reader");

@@ -270,6 +270,19 @@ static void fill_monitor(davar_encoder_t *encoder, davar_frame_t *frame)
     }
 }
 
+static void fill_floor(davar_encoder_t *encoder, davar_frame_t *frame)
+{
+    const davar_floor_result_t *const floor = encoder->floor;
+    const double value[2] = {(double)floor->value, (double)floor->low};
+    put(frame, signal_floor_kind, encoder->index);
+    put(frame, signal_floor_why, (uint32_t)floor->why);
+    if (encoder->index == DAVAR_FLOOR_HIGH) {
+        put_float(frame, signal_value, davar_single_limit((double)floor->high));
+    } else {
+        put_magnitude(frame, signal_value, value[encoder->index]);
+    }
+}
+
 static void fill_end(davar_encoder_t *encoder, davar_frame_t *frame)
 {
     put(frame, signal_frames, encoder->frames);
@@ -326,6 +339,11 @@ static uint8_t count_monitor(const davar_encoder_t *encoder)
     return there ? (uint8_t)(encoder->misfit->tau_count + 1U) : 0U;
 }
 
+static uint8_t count_floor(const davar_encoder_t *encoder)
+{
+    return (encoder->floor != NULL) ? (uint8_t)(DAVAR_FLOOR_HIGH + 1U) : 0U;
+}
+
 typedef struct {
     davar_message_t message;
     uint8_t (*count)(const davar_encoder_t *encoder); /* frames of a result; null: one */
@@ -341,6 +359,7 @@ static const stage_t stages[] = {
     {DAVAR_MESSAGE_ADEV, count_adev, fill_adev},
     {DAVAR_MESSAGE_COEFFICIENT, count_coefficients, fill_coefficient},
     {DAVAR_MESSAGE_MONITOR, count_monitor, fill_monitor},
+    {DAVAR_MESSAGE_FLOOR, count_floor, fill_floor},
     {DAVAR_MESSAGE_HEALTH, NULL, fill_health},
     {DAVAR_MESSAGE_SETUP, NULL, fill_setup},
     {DAVAR_MESSAGE_END, NULL, fill_end},
@@ -401,6 +420,12 @@ void davar_encoder_monitor(davar_encoder_t *encoder, const davar_misfit_t *misfi
 {
     DAVAR_ASSERT(encoder != NULL);
     encoder->misfit = misfit;
+}
+
+void davar_encoder_floor(davar_encoder_t *encoder, const davar_floor_result_t *floor)
+{
+    DAVAR_ASSERT(encoder != NULL);
+    encoder->floor = floor;
 }
 
 void davar_encoder_session(davar_encoder_t *encoder, uint8_t session)

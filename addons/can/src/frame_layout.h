@@ -48,6 +48,8 @@ static const davar_signal_t signal_change_cluster_samples = {20, 12};
 static const davar_signal_t signal_cut_age = {32, 20};
 static const davar_scaled_t signal_dispersion = {{52, 12}, 100.0F, 1e-02F};
 static const davar_signal_t signal_frames = {16, 8};
+static const davar_signal_t signal_floor_kind = {16, 2};
+static const davar_signal_t signal_floor_why = {18, 3};
 
 /* DAVAR_ResultFd, where it differs. */
 static const davar_signal_t fd_epoch = {64, 24};
@@ -74,12 +76,12 @@ static const davar_signal_t fd_adev[8] = {
 /* Data bytes of a message; 0: no such message. */
 static inline uint8_t message_length(uint32_t message)
 {
-    static const uint8_t length[] = {8U, 8U, 8U, 8U, 8U, 8U, 8U, 8U, 64U, 8U, 8U, 8U};
+    static const uint8_t length[] = {8U, 8U, 8U, 8U, 8U, 8U, 8U, 8U, 64U, 8U, 8U, 8U, 8U};
     return (message < (uint32_t)DAVAR_MESSAGE_COUNT) ? length[message] : 0U;
 }
 
 _Static_assert(DAVAR_CAN_BASE == 1488, "tools/davar.dbc");
-_Static_assert((int)DAVAR_MESSAGE_COUNT == 12, "tools/davar.dbc");
+_Static_assert((int)DAVAR_MESSAGE_COUNT == 13, "tools/davar.dbc");
 _Static_assert((int)DAVAR_MESSAGE_ARW == 0, "tools/davar.dbc");
 _Static_assert((int)DAVAR_MESSAGE_STATE == 1, "tools/davar.dbc");
 _Static_assert((int)DAVAR_MESSAGE_STATIONARITY == 2, "tools/davar.dbc");
@@ -92,6 +94,7 @@ _Static_assert((int)DAVAR_MESSAGE_RESULT_FD == 8, "tools/davar.dbc");
 _Static_assert((int)DAVAR_MESSAGE_RAW == 9, "tools/davar.dbc");
 _Static_assert((int)DAVAR_MESSAGE_CHANGE == 10, "tools/davar.dbc");
 _Static_assert((int)DAVAR_MESSAGE_END == 11, "tools/davar.dbc");
+_Static_assert((int)DAVAR_MESSAGE_FLOOR == 12, "tools/davar.dbc");
 _Static_assert((int)DAVAR_HEALTH_GAPS == 0, "tools/davar.dbc");
 _Static_assert((int)DAVAR_HEALTH_MISSING_SAMPLES == 1, "tools/davar.dbc");
 _Static_assert((int)DAVAR_HEALTH_SATURATED_SAMPLES == 2, "tools/davar.dbc");

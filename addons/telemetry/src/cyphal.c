@@ -34,4 +34,4 @@ static void cyphal_fill_heartbeat(const davar_telemetry_t *telemetry, uint32_t u
                             CYPHAL_SINGLE_FRAME | (telemetry->heartbeats & CAN_TRANSFER_MASK));
 }
 
-const davar_dialect_t davar_cyphal = {1U, cyphal_accepts, cyphal_fill, cyphal_fill_heartbeat};
+const davar_dialect_t davar_cyphal = {1U, 0U, cyphal_accepts, cyphal_fill, cyphal_fill_heartbeat};

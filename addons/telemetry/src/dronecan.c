@@ -42,7 +42,7 @@ static void dronecan_fill_heartbeat(const davar_telemetry_t *telemetry, uint32_t
                             DRONECAN_SINGLE_FRAME | (telemetry->heartbeats & CAN_TRANSFER_MASK));
 }
 
-const davar_dialect_t davar_dronecan = {6U, dronecan_accepts, dronecan_fill,
+const davar_dialect_t davar_dronecan = {6U, 0U, dronecan_accepts, dronecan_fill,
                                         dronecan_fill_heartbeat};
 
 /* A variance as float16, to the nearest, ties to even, and never 0 unless it is 0. */

@@ -55,19 +55,33 @@ static void mavlink_close(uint32_t extra, davar_packet_t *packet)
 }
 
 /* time_boot_ms, value, name */
-static void fill_named(const davar_telemetry_t *telemetry, const char *name, quantity_t quantity,
+static void fill_named(const davar_telemetry_t *telemetry, const char *name, uint32_t bits,
                        davar_packet_t *packet)
 {
     mavlink_open(telemetry, NAMED_VALUE_FLOAT, packet);
     davar_packet_put(packet, telemetry->time_us / 1000U, 4U);
-    davar_packet_put(packet, davar_quantity(telemetry, quantity), 4U);
+    davar_packet_put(packet, bits, 4U);
     davar_packet_put_text(packet, name);
     davar_packet_put(packet, davar_axis_letter(telemetry->from.channel), 1U);
     mavlink_close(NAMED_VALUE_FLOAT_EXTRA, packet);
 }
 
+static uint32_t floor_bits(const davar_telemetry_t *telemetry)
+{
+    return davar_single_bits(davar_single_magnitude((double)telemetry->floor->value));
+}
+
+static void put_floor(davar_packet_t *packet, const davar_telemetry_t *telemetry)
+{
+    const davar_floor_result_t *const floor = telemetry->floor;
+    davar_packet_put(packet, floor_bits(telemetry), 4U);
+    davar_packet_put(packet, davar_single_bits(davar_single_magnitude((double)floor->low)), 4U);
+    davar_packet_put(packet, davar_single_bits(davar_single_limit((double)floor->high)), 4U);
+    davar_packet_put(packet, davar_single_bits((double)floor->why), 4U);
+}
+
 /* time_usec, array_id, name (10 bytes), data: the quantities, window_samples, state, epoch modulo
- * 2^24, which a float32 holds */
+ * 2^24, which a float32 holds; with a floor, that with its limits and why */
 static void fill_array(const davar_telemetry_t *telemetry, davar_packet_t *packet)
 {
     const davar_result_t *result = telemetry->result;
@@ -80,17 +94,22 @@ static void fill_array(const davar_telemetry_t *telemetry, davar_packet_t *packe
     davar_packet_put(packet, davar_single_bits((double)result->window_samples), 4U);
     davar_packet_put(packet, davar_single_bits((double)davar_quantity_state(telemetry)), 4U);
     davar_packet_put(packet, davar_single_bits((double)(result->epoch & EPOCH_MASK)), 4U);
+    if (telemetry->floor != NULL) {
+        put_floor(packet, telemetry);
+    }
     mavlink_close(DEBUG_FLOAT_ARRAY_EXTRA, packet);
 }
 
 static void mavlink_fill(const davar_telemetry_t *telemetry, davar_packet_t *packet)
 {
     if (telemetry->index == 0U) {
-        fill_named(telemetry, "ARW_", QUANTITY_ARW, packet);
+        fill_named(telemetry, "ARW_", davar_quantity(telemetry, QUANTITY_ARW), packet);
     } else if (telemetry->index == 1U) {
-        fill_named(telemetry, "BI_", QUANTITY_BI, packet);
-    } else {
+        fill_named(telemetry, "BI_", davar_quantity(telemetry, QUANTITY_BI), packet);
+    } else if (telemetry->index == 2U) {
         fill_array(telemetry, packet);
+    } else {
+        fill_named(telemetry, "FLR_", floor_bits(telemetry), packet);
     }
 }
 
@@ -123,6 +142,7 @@ static void mavlink_fill_heartbeat(const davar_telemetry_t *telemetry, uint32_t 
     mavlink_close(HEARTBEAT_EXTRA, packet);
 }
 
-const davar_dialect_t davar_mavlink = {3U, mavlink_accepts, mavlink_fill, mavlink_fill_heartbeat};
-const davar_dialect_t davar_mavlink_gyro_noise = {1U, mavlink_accepts, fill_gyro_noise,
+const davar_dialect_t davar_mavlink = {3U, 1U, mavlink_accepts, mavlink_fill,
+                                       mavlink_fill_heartbeat};
+const davar_dialect_t davar_mavlink_gyro_noise = {1U, 0U, mavlink_accepts, fill_gyro_noise,
                                                   mavlink_fill_heartbeat};

@@ -104,7 +104,7 @@ bool davar_telemetry_init(davar_telemetry_t *telemetry, const davar_dialect_t *d
         return false;
     }
     *telemetry = (davar_telemetry_t){
-        .dialect = dialect, .from = *from, .rate_hz = rate_hz, .index = dialect->packets};
+        .dialect = dialect, .from = *from, .rate_hz = rate_hz, .index = UINT8_MAX};
     return true;
 }
 
@@ -116,6 +116,12 @@ bool davar_telemetry_set_channel(davar_telemetry_t *telemetry, uint8_t channel)
     }
     telemetry->from.channel = channel;
     return true;
+}
+
+void davar_telemetry_floor(davar_telemetry_t *telemetry, const davar_floor_result_t *floor)
+{
+    DAVAR_ASSERT(telemetry != NULL);
+    telemetry->floor = floor;
 }
 
 void davar_telemetry_begin(davar_telemetry_t *telemetry, const davar_result_t *result,
@@ -131,11 +137,13 @@ void davar_telemetry_begin(davar_telemetry_t *telemetry, const davar_result_t *r
 bool davar_telemetry_next(davar_telemetry_t *telemetry, davar_packet_t *packet)
 {
     DAVAR_ASSERT((telemetry != NULL) && (packet != NULL));
-    if (telemetry->index == telemetry->dialect->packets) {
+    const davar_dialect_t *const dialect = telemetry->dialect;
+    const uint32_t floors = (telemetry->floor != NULL) ? dialect->floors : 0U;
+    if (telemetry->index >= dialect->packets + floors) {
         return false;
     }
     *packet = (davar_packet_t){0};
-    telemetry->dialect->fill(telemetry, packet);
+    dialect->fill(telemetry, packet);
     telemetry->index++;
     telemetry->sequence++;
     return true;

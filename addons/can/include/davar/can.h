@@ -17,6 +17,7 @@
 #ifndef DAVAR_CAN_H
 #define DAVAR_CAN_H
 
+#include "davar/floor.h"
 #include "davar/monitor.h"
 
 #ifdef __cplusplus
@@ -44,7 +45,8 @@ typedef enum {
     DAVAR_MESSAGE_RAW = 9,          /**< DAVAR_Raw: samples (davar_raw_form_t) */
     DAVAR_MESSAGE_CHANGE = 10,      /**< DAVAR_Change: a change of the noise (law glr) */
     DAVAR_MESSAGE_END = 11,         /**< DAVAR_End: last of a result; frames and digest */
-    DAVAR_MESSAGE_COUNT = 12        /**< number of messages */
+    DAVAR_MESSAGE_FLOOR = 12,       /**< DAVAR_Floor: the floor or a limit of it */
+    DAVAR_MESSAGE_COUNT = 13        /**< number of messages */
 } davar_message_t;
 
 /** Counters of losses and faults; DAVAR_Health carries one of them at a time. The first six and the
@@ -109,6 +111,7 @@ typedef enum {
 /** Item of DAVAR_Monitor: health; below it, the deviation of that tau. */
 #define DAVAR_MONITOR_HEALTH 32U
 #define DAVAR_MONITOR_NO_TAU 255U /**< WorstTau if nothing was compared */
+#define DAVAR_FLOOR_HIGH 2U /**< FloorKind of the upper limit; 0: the floor, 1: its lower limit */
 
 /** @name Optional frames of a result
  * Their sum is `content` of davar_encoder_init. DAVAR_Arw, DAVAR_State, DAVAR_Stationarity,
@@ -138,6 +141,7 @@ typedef struct {
     const davar_glr_report_t *report;
     const davar_can_health_t *health;
     const davar_misfit_t *misfit;
+    const davar_floor_result_t *floor;
     uint32_t told[DAVAR_HEALTH_COUNT]; /* health counters as last sent */
     uint16_t base;
     uint8_t content;
@@ -177,6 +181,11 @@ void davar_encoder_begin(davar_encoder_t *encoder, const davar_result_t *result,
  * The encoder reads it between davar_encoder_begin and the last frame of the result; the caller
  * keeps it up to date. Call it after davar_encoder_init. Cost: O(1). */
 void davar_encoder_monitor(davar_encoder_t *encoder, const davar_misfit_t *misfit);
+
+/** Adds *floor, the newest result of davar_floor_take, to every following result: three frames, with
+ * every content; null stops that. The encoder reads it as it does *misfit. Call it after
+ * davar_encoder_init. Cost: O(1). */
+void davar_encoder_floor(davar_encoder_t *encoder, const davar_floor_result_t *floor);
 
 /** Sets the session number, which distinguishes a restart of the sender from lost frames.
  * Use a different number for each run: a boot counter, a clock or noise. With 0, the default, a

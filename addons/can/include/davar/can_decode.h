@@ -31,7 +31,7 @@ typedef struct {
     uint8_t result;
     uint8_t session; /**< DAVAR_End, DAVAR_Health, DAVAR_Setup: see davar_encoder_session */
     /** TauIndex; Kind (coefficient, + 5 for low, + 10 for high); HealthIndex; Item; MonitorIndex;
-     * Form; ChangeItem; Frames */
+     * Form; ChangeItem; Frames; FloorKind (0: value, 1: low, 2: high) */
     uint8_t index;
     float value; /**< the float32 of the message; in DAVAR_ResultFd ARW */
     /** Epoch (24 bits in DAVAR_ResultFd), health count, stride, cluster size, Index (18 bits),
@@ -47,14 +47,15 @@ typedef struct {
     davar_noise_t noise;
     /** DAVAR_Monitor, health: index of the tau that decides it; DAVAR_MONITOR_NO_TAU: none */
     uint8_t worst;
-    float kurtosis;            /**< as in davar_result_t */
-    float contribution;        /**< as in davar_result_t */
-    bool alarm;                /**< DAVAR_Change: as in davar_glr_report_t */
-    bool young;                /**< DAVAR_Change: as in davar_glr_report_t */
-    uint32_t change_m;         /**< DAVAR_Change: m of davar_change_t */
-    uint32_t cut_age_samples;  /**< item DAVAR_CHANGE_CUT only; 2^20 - 1: that or more */
-    float dispersion;          /**< item DAVAR_CHANGE_CUT only */
-    float adev[DAVAR_FD_TAUS]; /**< DAVAR_ResultFd */
+    davar_floor_why_t floor_why; /**< DAVAR_Floor: as in davar_floor_result_t */
+    float kurtosis;              /**< as in davar_result_t */
+    float contribution;          /**< as in davar_result_t */
+    bool alarm;                  /**< DAVAR_Change: as in davar_glr_report_t */
+    bool young;                  /**< DAVAR_Change: as in davar_glr_report_t */
+    uint32_t change_m;           /**< DAVAR_Change: m of davar_change_t */
+    uint32_t cut_age_samples;    /**< item DAVAR_CHANGE_CUT only; 2^20 - 1: that or more */
+    float dispersion;            /**< item DAVAR_CHANGE_CUT only */
+    float adev[DAVAR_FD_TAUS];   /**< DAVAR_ResultFd */
     float coefficient[DAVAR_COEFFICIENT_COUNT]; /**< DAVAR_ResultFd */
 } davar_decoded_t;
 

@@ -16,13 +16,14 @@
 #ifndef DAVAR_TELEMETRY_H
 #define DAVAR_TELEMETRY_H
 
+#include "davar/floor.h"
 #include "davar/types.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-#define DAVAR_PACKET_BYTES 96U          /**< longest packet */
+#define DAVAR_PACKET_BYTES 112U         /**< longest packet */
 #define DAVAR_TELEMETRY_CHANNEL_LAST 9U /**< 0 to 9; in names 0, 1 and 2 are X, Y and Z */
 #define DAVAR_COVARIANCE_BYTES 12U      /**< of davar_dronecan_covariance */
 
@@ -46,12 +47,13 @@ typedef struct {
 /** A dialect: one of the constants below. */
 typedef struct davar_dialect davar_dialect_t;
 
-/** An encoder of one sender, about 56 bytes. The caller owns it. Fields are private. */
+/** An encoder of one sender, about 64 bytes. The caller owns it. Fields are private. */
 typedef struct {
     /** @privatesection */
     const davar_dialect_t *dialect;
     const davar_result_t *result;
     const davar_glr_report_t *report;
+    const davar_floor_result_t *floor;
     uint64_t time_us;
     double rate_hz;
     uint32_t heartbeat_us; /* when the next heartbeat is due, modulo 2^32 */
@@ -64,7 +66,8 @@ typedef struct {
 /** Fields are private. */
 struct davar_dialect {
     /** @privatesection */
-    uint8_t packets; /* of a result */
+    uint8_t packets; /* of a result, */
+    uint8_t floors;  /* ... and more of them with a floor */
     bool (*accepts)(const davar_telemetry_address_t *from);
     void (*fill)(const davar_telemetry_t *telemetry, davar_packet_t *packet);
     void (*fill_heartbeat)(const davar_telemetry_t *telemetry, uint32_t uptime_s,
@@ -72,7 +75,7 @@ struct davar_dialect {
 };
 
 /** MAVLink 2: NAMED_VALUE_FLOAT ARW_X (deg/sqrt(h)) and BI_X (deg/h), then DEBUG_FLOAT_ARRAY
- * `davar` with the channel as its array_id. Three packets per result. */
+ * `davar` with the channel as its array_id. Three packets per result; with a floor, FLR_X too. */
 extern const davar_dialect_t davar_mavlink;
 
 /** MAVLink 2: GYRO_NOISE, which tools/dialects/davar.xml proposes. One packet per result. */
@@ -96,6 +99,11 @@ DAVAR_NODISCARD bool davar_telemetry_init(davar_telemetry_t *telemetry,
 /** Sets the channel of the results that follow. Call it between two results.
  * @return False, with *telemetry unchanged, above DAVAR_TELEMETRY_CHANNEL_LAST. Cost: O(1). */
 bool davar_telemetry_set_channel(davar_telemetry_t *telemetry, uint8_t channel);
+
+/** Adds *floor, the newest result of davar_floor_take, to every following result; null stops that.
+ * Only davar_mavlink sends it. The encoder reads it as it does *result. Call it after
+ * davar_telemetry_init. Cost: O(1). */
+void davar_telemetry_floor(davar_telemetry_t *telemetry, const davar_floor_result_t *floor);
 
 /** Starts the packets of one result.
  * *report comes from davar_glr_report. Without it (null), the flags young and alarm are sent as 0.

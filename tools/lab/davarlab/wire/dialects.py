@@ -8,7 +8,7 @@ import shutil
 import sys
 import tempfile
 from collections import deque
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
@@ -17,6 +17,7 @@ from .. import places
 from ..errors import BadInput
 from .frames import BASE, Channel, Faults, Receiver, Result
 from .raw import Sample
+from .record import FLOOR
 from .withheld import REASONS
 
 # What every dialect lists, in this order. An empty name: not shown.
@@ -64,6 +65,12 @@ def flags(state: int) -> dict[str, Any]:
     )
 
 
+def floor(data: Sequence[float]) -> dict[str, Any]:
+    """The floor, its limits and why it is absent; all 0: not sent."""
+    found: dict[str, Any] = dict(zip(FLOOR, data)) if any(data) else {}
+    return found | ({"floor_why": int(found["floor_why"])} if found else {})
+
+
 class Numbers:
     """Counts the packets that never came, by the number that each sender counts up."""
 
@@ -103,11 +110,14 @@ class Mavlink:
             self.numbers.take(sender, one.get_seq())
             if one.get_type() != "DEBUG_FLOAT_ARRAY" or one.name != "davar":
                 continue
-            if not all(0 <= number < 2**32 and number % 1 == 0 for number in one.data[13:16]):
+            if not all(
+                0 <= number < 2**32 and number % 1 == 0
+                for number in (*one.data[13:16], one.data[19])
+            ):
                 self.faults.impossible += 1
                 continue
             samples, state, epoch = map(int, one.data[13:16])
-            values = {"window_samples": samples, **flags(state)}
+            values = {"window_samples": samples, **flags(state), **floor(one.data[16:20])}
             yield Message(sender, one.array_id, tuple(one.data[:13]), values, epoch, modulus=2**24)
 
 

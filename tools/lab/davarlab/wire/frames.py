@@ -34,6 +34,7 @@ PLACES = (
     "Kind",
     "MonitorIndex",
     "ChangeItem",
+    "FloorKind",
 )  # which of the frames of a message in one result
 DIGEST_START, DIGEST_FACTOR = 0x811C9DC5, 0x01000193  # FNV-1a
 
@@ -296,6 +297,9 @@ COLUMNS = {
     "ChangeGain": "change_gain",
     "ArwLowDegPerSqrtH": "arw_low_deg_per_sqrt_h",
     "ArwHighDegPerSqrtH": "arw_high_deg_per_sqrt_h",
+    "FloorDegPerSqrtH": "floor_deg_per_sqrt_h",
+    "FloorLowDegPerSqrtH": "floor_low_deg_per_sqrt_h",
+    "FloorHighDegPerSqrtH": "floor_high_deg_per_sqrt_h",
 }
 
 # The names of values in the DBC; the uncertainty of an absent ARW names the reason.
@@ -334,6 +338,8 @@ def parts(signals: Signals) -> list[tuple[tuple[str, Any], Any]]:
         found.remove((("values", "change_m"), 0))
     if (reason := str(signals.get("ArwRelativeUncertainty"))) in REASONS:
         found.append((("values", "arw_withheld"), reason))
+    if "FloorWhy" in signals:
+        found.append((("values", "floor_why"), signals["FloorWhy"].value))
     if "AdevDps" in signals:
         index = signals["TauIndex"]
         found.append((("adev", index), signals["AdevDps"]))
@@ -349,6 +355,8 @@ def possible(name: str, value: Any) -> bool:
     """May a sender mean this value of a signal? As davar_decode says."""
     if name in ABOVE_ZERO and not value > 0:
         return False
+    if name == "FloorWhy":
+        return not isinstance(value, int)  # the DBC names every reason
     if not isinstance(value, float) or value == 0 or value != value:
         return True
     return (

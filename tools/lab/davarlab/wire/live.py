@@ -48,6 +48,16 @@ def slow_terms(values: Row) -> str:
     )
 
 
+def floor(values: Row) -> str:
+    """The noise between rotor lines and motion."""
+    value, high = values.get("floor_deg_per_sqrt_h"), values.get("floor_high_deg_per_sqrt_h")
+    if "floor_why" not in values:
+        return ""
+    if value is None:
+        return "  floor absent" if high is None else f"  floor below {high:.4g} deg/sqrt(h)"
+    return f"  floor {value:.4g} deg/sqrt(h)"
+
+
 def line(values: Row) -> str:
     """One result for people."""
     arw, doubt = values.get("arw_deg_per_sqrt_h"), values.get("arw_relative_uncertainty")
@@ -61,6 +71,7 @@ def line(values: Row) -> str:
     return (
         f"channel {values['channel']}  epoch {values['epoch']:>9}  ARW {shown} deg/sqrt(h)  "
         f"{window}"
+        + floor(values)
         + slow_terms(values)
         + (
             ""

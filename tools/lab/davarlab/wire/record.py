@@ -45,6 +45,12 @@ TRACKED = [
     "change_gain",
     "young",
 ]  # law glr
+FLOOR = [
+    "floor_deg_per_sqrt_h",
+    "floor_low_deg_per_sqrt_h",
+    "floor_high_deg_per_sqrt_h",
+    "floor_why",
+]  # of a sender with --floor
 WAITING_MAX = 64  # results: DAVAR_Setup names every cluster size within 35
 ROW_BYTES_MAX = 1 << 16
 
@@ -57,7 +63,11 @@ def row(result: Result, channel: Channel) -> Row:
     if "rate_hz" in channel.setup:
         values["time_s"] = result.epoch / channel.setup["rate_hz"]
     values.update(
-        {name: value for name, value in result.values.items() if name in FIELDS or name in TRACKED}
+        {
+            name: value
+            for name, value in result.values.items()
+            if name in FIELDS or name in TRACKED or name in FLOOR
+        }
     )
     for index, value in sorted(result.adev.items()):
         values[f"adev_{channel.clusters.get(index, f'tau{index}')}"] = value
@@ -208,7 +218,8 @@ class Recorder:
         """The file whose columns hold these rows, with its header."""
         adevs = {name for one in rows for name in one if name.startswith("adev_")}
         tracked = TRACKED if any("alarm" in one for one in rows) else []
-        columns = FIELDS + tracked + sorted(adevs, key=cluster_order) + self._monitor(rows)
+        floor = FLOOR if any("floor_why" in one for one in rows) else []
+        columns = FIELDS + tracked + floor + sorted(adevs, key=cluster_order) + self._monitor(rows)
         for number in itertools.count(2):
             found, self.before = self.output.earlier()
             if found is None:
