@@ -153,6 +153,58 @@ def test_repeats_are_found_behind_counts_and_not_left_out_and_coarse_counts_are_
                 assert repeated(counted(seed, per_noise, decay=decay)) is None
 
 
+AXES = ("gyro_x_dps", "gyro_y_dps", "gyro_z_dps")
+
+
+def of_axes(seed, per_noise, decay=0.0, count=20_000, turned=0.0):
+    """Three axes in counts at biases of their own, that are turned in the second half."""
+    rng = np.random.default_rng([seed, 9])
+    noise = signal.lfilter([1], [1, -decay], rng.standard_normal((3, count))) * per_noise
+    turn = np.maximum(np.arange(count) - count // 2, 0) * 2 * np.pi * 0.7 / RATE
+    x = np.sqrt(1 - decay**2) * noise + rng.random((3, 1)) + turned * np.sin(turn)
+    return {name: 0.061 * np.round(axis) for name, axis in zip(AXES, x)}
+
+
+def sampled(columns, at):
+    return {name: column[at] for name, column in columns.items()}
+
+
+def found_in(columns):
+    return repeats.find(columns, np.ones(len(columns[AXES[0]]), bool))
+
+
+@pytest.mark.parametrize("per_noise", (0.2, 0.35, 0.7, 2.0, 30.0))
+def test_several_axes_tell_repeats_from_counts(per_noise):
+    for seed in range(4):
+        for decay in (0.0, 0.9):
+            for turned in (0.0, 300.0):
+                assert found_in(of_axes(seed, per_noise, decay, turned=turned)) is None
+        whole = of_axes(seed, per_noise)
+        again = np.random.default_rng(seed).random(20_000) < 0.3
+        at = np.maximum.accumulate(np.where(again, 0, np.arange(20_000)))
+        found = found_in(sampled(whole, at))
+        if per_noise >= 0.7:
+            assert abs((found.share - found.chance) / (1 - found.chance) - 0.3) <= 0.03
+            assert found.clear == (per_noise >= 2)
+
+
+def test_an_axis_that_keeps_a_value_is_told_from_one_in_coarse_counts():
+    known = np.ones(20_000, bool)
+    for seed in range(4):
+        for per_noise in (0.2, 0.35, 1.0, 5.0, 300.0):
+            for decay in (0.0, 0.9):
+                columns = of_axes(seed, per_noise, decay)
+                assert not repeats.held(columns, AXES[0], known).any()
+        columns, true = of_axes(seed, 5.0), np.zeros(20_000, bool)
+        for start in range(50, 20_000, 200):
+            columns[AXES[0]][start : start + 12] = columns[AXES[0]][start]
+            true[start + 1 : start + 12] = True
+        found = repeats.held(columns, AXES[0], known)
+        assert found[true].mean() == 1
+        assert found[~true].mean() < 0.001  # the next sample may be equal by chance
+        assert not repeats.held(columns, AXES[1], known).any()
+
+
 def test_small_rates_that_are_one_value_are_a_dead_zone_and_noise_in_counts_is_none():
     for seed in range(5):
         noise = np.random.default_rng(seed).standard_normal(20_000)
@@ -166,3 +218,8 @@ def test_small_rates_that_are_one_value_are_a_dead_zone_and_noise_in_counts_is_n
         assert found.spoils
         for per_noise in (0.3, 1, 3, 6, 30, 1e4):
             assert seen(np.round(noise * per_noise) * 0.01) is None
+        turned = 400 * np.sin(np.arange(20_000) / 3e3) ** 9  # counts, after a rest
+        zone = np.round(5 * noise + turned)
+        assert seen(np.where(np.abs(zone) < 9, 0, zone) * 0.061) is not None
+        for per_noise in (0.25, 0.4, 0.8):
+            assert seen(np.round(noise * per_noise + turned) * 0.061) is None

@@ -23,6 +23,11 @@ BESIDE = 3  # values on each side that a dead zone is compared with
 DEAD_PILED = 4  # the value of a dead zone occurs more often than this many times its neighbours
 DEAD_SHARE = 0.1  # of the samples that have the value of a dead zone, at least
 DEAD_FINE = 3  # counts of noise per sample, from which neighbouring values are equally likely
+# The values next to that of rounded noise occur more often than those beyond by this factor; those
+# next to a dead zone do not. So many of them tell.
+FALLING, FALLING_LEAST = 2, 30
+AROUND = 10  # values on each side whose usual distance ...
+DEAD_WIDE = 3  # ... both distances of a dead zone exceed by this factor
 LISTED = 100  # number of intervals that are listed, the longest ones
 REGULAR, STRAY = 30, 0.25  # blocks, and their distances' share of the usual one: regular gaps
 TIMES = 8  # number of times that a sentence lists
@@ -71,6 +76,7 @@ def find(
         lambda recording, good: torn(recording, column, good),
         lambda recording, good: clipped(recording, x, good),
         lambda recording, good: dead(recording, x, good),
+        lambda recording, good: stuck(recording, column, good),
         moved,
         repeated,
         lambda recording, good: coarse(recording, x, good),
@@ -284,6 +290,25 @@ def repeated(recording: Recording, known: Bools) -> Observation | None:
     )
 
 
+def stuck(recording: Recording, column: str, known: Bools) -> Observation | None:
+    """One axis keeps a value while the sensor measures."""
+    if recording.read_hz:
+        return None
+    mask = repeats.held(recording.columns, column, known)
+    if not mask.any():
+        return None
+    starts, lengths = repeats.runs_of(mask)
+    often = f"{len(starts)} time{'s' * (len(starts) > 1)}"
+    return of_mask(
+        "stuck_axis",
+        recording,
+        mask,
+        f"{often}, the axis keeps one value for up to {lengths.max() + 1} samples, at "
+        f"{times(recording, mask)} s. Its counts do not explain that. These samples are excluded. "
+        "Look for faults of the bus or the driver.",
+    )
+
+
 def rhythm(equal: Bools) -> str:
     """ ", every k-th"" if most repeats have the same distance, above 1."""
     apart = np.diff(np.flatnonzero(equal))
@@ -322,7 +347,13 @@ def dead(recording: Recording, x: Floats, known: Bools) -> Observation | None:
     if not BESIDE <= most < len(values) - BESIDE or share < DEAD_SHARE:
         return None
     step, noise = signals.count_of(x[known]), noise_per_sample(x, known)
-    if counts[most] < DEAD_PILED * beside.mean() or step and noise < DEAD_FINE * step:
+    near, far = counts[most + np.array([-1, 1])], counts[most + np.array([-3, -2, 2, 3])]
+    falls_off = near.sum() >= FALLING_LEAST and near.mean() > FALLING * far.mean()
+    in_counts = step and noise < DEAD_FINE * step
+    around = np.diff(values[max(0, most - AROUND) : most + AROUND + 1])
+    place = min(most, AROUND)
+    is_apart = around[place - 1 : place + 1].min() > DEAD_WIDE * np.median(around)
+    if counts[most] < DEAD_PILED * beside.mean() or (in_counts or falls_off) and not is_apart:
         return None
     return Observation(
         "dead_zone",

@@ -6,14 +6,18 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy
+from scipy import ndimage
 
-from ..arrays import Bools, Floats
+from ..arrays import Bools, Floats, Ints
 from ..distributions import binom_logsf, norm_cdf, norm_pdf
 from . import signals
 
 CHANCE = 1e-6  # of a sensor without repeats, per recording
 CLEAR = 0.01  # chance of equal samples, up to which each one that is equal is a repeat
 APART = 6.0  # standard deviations
+BLOCK = 64  # samples with the same place of the bias in a count
+SELDOM = 0.5  # share of equal samples, from which an axis keeps its values for long anyway
+HIDDEN_LEAST = 0.02  # repeats that are reported among samples that are equal by chance
 FINER = 0.1  # differences of two counts over those of one, from which the noise hides the counts
 
 
@@ -63,7 +67,7 @@ def axes_of(columns: Mapping[str, Floats]) -> list[str]:
     return gyro or [name for name in columns if name.startswith("accel_")]
 
 
-def hidden(columns: Mapping[str, Floats], equal: Bools, known: Bools) -> float | None:
+def hidden(x: Floats, equal: Bools, known: Bools) -> float | None:
     """The share of equal samples that counts explain, where there are more and they keep apart;
     else None.
 
@@ -71,24 +75,19 @@ def hidden(columns: Mapping[str, Floats], equal: Bools, known: Bools) -> float |
     chance, because its noise is smaller for a while or near the middle of a count. A sensor that is
     read too often gives a fresh sample after one or a few repeats.
     """
-    found = [by_counts(columns[name], known) for name in axes_of(columns)]
-    sure = [one for one in found if one is not None]
-    share = float(equal[1:].mean())
-    if not sure or not 0 < share < 1 or len(sure) < len(found):
+    chance, share = by_counts(x, known), float(equal[1:].mean())
+    if chance is None or not 0 < share < 1:
         return None
-    chance = float(np.prod(sure))
     together = (equal[2:] - share) * (equal[1:-1] - share)
     if share < 1.2 * chance or together.mean() > -APART * share * (1 - share) / len(equal) ** 0.5:
         return None
     return chance
 
 
-def chance_of_equal(x: Floats, known: Bools) -> float | None:
+def chance_of_equal(x: Floats, known: Bools) -> float:
     """Share of samples that equal the one before by their counts alone (from differences of one and
-    two counts, whose sizes fall as those of a Gaussian), or None where the counts are too coarse to
-    say, or the axis is dead."""
-    if not np.ptp(x[known]):
-        return None
+    two counts, whose sizes fall as those of a Gaussian); 1 where the counts are too coarse to
+    say."""
     steps = np.abs(np.diff(x))[known[1:] & known[:-1]]
     step = signals.count_of(x[known])
     if (
@@ -98,23 +97,16 @@ def chance_of_equal(x: Floats, known: Bools) -> float | None:
         return float(max(np.mean(np.round(steps / finest) == size) for size in (1, 2))) / 2
     sizes = np.round(steps / step)
     one, two = np.mean(sizes == 1), np.mean(sizes == 2)
-    return one / 2 * np.cbrt(one / two) if two > 0.01 * one else None
+    return float(one / 2 * np.cbrt(one / two)) if two > 0.01 * one else 1.0
 
 
-def find(columns: Mapping[str, Floats], known: Bools) -> Repeats | None:
-    """The repeats beyond chance, or None."""
-    if not known.any():
-        return None
-    both = known & np.concatenate([[False], known[:-1]])
-    equal, chance = both.copy(), 1.0
-    for name in axes_of(columns):
-        x = columns[name]
-        equal &= np.diff(x, prepend=x[0]) == 0
-        by_counts = chance_of_equal(x, known)
-        chance *= 1.0 if by_counts is None else by_counts
+def by_one(x: Floats, known: Bools, both: Bools) -> Repeats | None:
+    """Repeats of a single axis, by its counts."""
+    equal = both & (np.diff(x, prepend=np.nan) == 0)
+    chance = chance_of_equal(x, known)
     count, tries = np.count_nonzero(equal), np.count_nonzero(both)
     if chance > CLEAR:
-        explained = hidden(columns, equal, known)
+        explained = hidden(x, equal, known)
         if explained is not None:
             return Repeats(equal, count / tries, explained, clear=False)
     if (
@@ -125,3 +117,84 @@ def find(columns: Mapping[str, Floats], known: Bools) -> Repeats | None:
     ):
         return None
     return Repeats(equal, count / tries, chance)
+
+
+def by_axes(columns: Mapping[str, Floats], axes: list[str], both: Bools) -> Repeats | None:
+    """Repeats of a sensor of several axes, whatever its counts and its noise: axes that are each
+    equal to the sample before by chance are so together no more often than the product of their
+    shares. In blocks, because motion and the place of the bias in a count change the shares.
+    """
+    same = np.array([np.diff(columns[name], prepend=np.nan) == 0 for name in axes])
+    length = np.count_nonzero(both) // BLOCK * BLOCK
+    if not length:
+        return None
+    blocks = same[:, both][:, :length].reshape(len(axes), -1, BLOCK)
+    shares, shared = blocks.mean(axis=2), blocks.all(axis=0).mean(axis=1)
+    beyond = shared - shares.prod(axis=0)
+    if beyond.mean() <= APART * max(beyond.std(), 1 / BLOCK) / len(beyond) ** 0.5:
+        return None
+
+    share = float(shared.mean())
+
+    def chance_behind(repeated: float) -> float:
+        """Share of fresh samples that are equal by chance, if so many are repeats."""
+        return float(np.mean((shares - repeated).prod(axis=0)) / (1 - repeated) ** len(axes))
+
+    def off(repeated: float) -> float:
+        return repeated + (1 - repeated) * chance_behind(repeated) - share
+
+    most = min(share, float(shares.mean(axis=1).min()))
+    repeated = float(scipy.optimize.brentq(off, 0.0, most)) if off(most) > 0 else most
+    chance = max(chance_behind(repeated), 0.0)
+    if chance > CLEAR and repeated < HIDDEN_LEAST:
+        return None
+    return Repeats(both & same.all(axis=0), share, chance, chance <= CLEAR)
+
+
+def find(columns: Mapping[str, Floats], known: Bools) -> Repeats | None:
+    """The repeats beyond chance, or None."""
+    if not known.any():
+        return None
+    both = known & np.concatenate([[False], known[:-1]])
+    axes = [name for name in axes_of(columns) if np.ptp(columns[name][known])]
+    several = [
+        name
+        for i, name in enumerate(axes)
+        if not any(np.array_equal(columns[name], columns[other]) for other in axes[:i])
+    ]
+    if len(several) > 1:
+        return by_axes(columns, several, both)
+    return by_one(columns[several[0]], known, both) if several else None
+
+
+def held(columns: Mapping[str, Floats], axis: str, known: Bools) -> Bools:
+    """True where an axis alone keeps a value for longer than its counts do by chance, from its
+    second sample on. None of those that change seldom anyway."""
+    x = columns[axis]
+    same = known & np.concatenate([[False], known[:-1]]) & (np.diff(x, prepend=np.nan) == 0)
+    others = [name for name in axes_of(columns) if name != axis]
+    all_others = np.full(len(x), bool(others))
+    for name in others:
+        all_others &= np.diff(columns[name], prepend=np.nan) == 0
+    starts, lengths = runs_of(same)
+    local = ndimage.uniform_filter1d(same.astype(float), 2 * BLOCK)
+    usual, stuck = float(np.median(local)), np.zeros(len(starts), bool)
+    for _ in range(2):  # the first time without long runs, the second with their usual length
+        if usual > SELDOM:
+            return np.zeros(len(x), bool)
+        chance = np.log(CHANCE / max(len(starts), 1)) / np.log(max(usual, 1 / BLOCK))
+        beside = local[starts + lengths // 2] * 2 * BLOCK - lengths
+        stuck = (lengths > 1 + chance) & (beside < SELDOM * 2 * BLOCK)
+        rest = lengths[~stuck]
+        usual = max(usual, float(np.mean(rest > 1))) if len(rest) else usual
+    found = np.zeros(len(x), bool)
+    for start, length in zip(starts[stuck], lengths[stuck]):
+        if all_others[start : start + length].mean() < 0.5:
+            found[start : start + length] = True
+    return found
+
+
+def runs_of(same: Bools) -> tuple[Ints, Ints]:
+    """First sample and length of each run."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], same, [False]]).astype(int)))
+    return edges[::2], edges[1::2] - edges[::2]
