@@ -88,7 +88,12 @@ def some(rng, kinds, most):
 
 def ranking(rng):
     return [
-        Candidate(kind, Part(kind), 1.0, float(rng.choice([-50.0, -5.0, -1.0, 0.0])))
+        Candidate(
+            kind,
+            Part(kind, {"frequency_hz": 2.0, "column": "supply_V"}),
+            1.0,
+            float(rng.choice([-50.0, -5.0, -1.0, 0.0])),
+        )
         for kind in some(rng, KINDS, 12)
     ]
 
@@ -133,6 +138,7 @@ def generated(seed):
         useless=[Part(kind) for kind in useless],
         doubtful=doubtful,
         outdone=some(rng, sorted(set(KINDS) - set(taken)), 1),
+        against=evidence.against(ranked) if last.judgement.adequate else [],
     )
     model = Model(RATE, "gyro_z_dps", [Term(kind, {}) for kind in [*GIVEN, *added]])
     tried = unexplained.Tried(ranked, useless, doubtful, taken[len(added) :])
@@ -177,7 +183,8 @@ SEEDS = range(400)
 
 def test_every_answer_is_generated():
     answers = [verdict.answer(generated(seed)) for seed in SEEDS]
-    for one in ("fits", "values", "effects", "unknown", "implausible", "spoiled", "untestable"):
+    kinds = ("fits", "contested", "values", "effects", "unknown", "implausible", "spoiled")
+    for one in (*kinds, "untestable"):
         assert answers.count(one) > 5, one
 
 
@@ -197,6 +204,22 @@ def test_a_model_that_fails_is_never_said_to_lack_nothing():
         if not last.adequate:
             assert "nothing" not in said["table"], seed
             assert "The model fits" not in said["page"], seed
+
+
+def test_what_speaks_against_a_model_that_fits_is_said_everywhere():
+    for seed in SEEDS:
+        found, said = generated(seed), texts(seed)
+        if not (against := found.diagnosis.against):
+            continue
+        first = words.title(against[0].kind, against[0].part.shape)
+        for where in ("terminal", "page", "json"):
+            assert first in said[where], (seed, where)
+            assert verdict.NOTHING not in said[where], (seed, where)
+        assert verdict.of_improvement(found)[0] != "good"
+        assert said["table"] != "missing is nothing"
+        headline = verdict.contested(found.judgement, against)
+        assert first in headline[1]
+        assert "fits" in headline[0]
 
 
 def test_something_unknown_comes_with_its_place_and_a_next_step():
@@ -283,6 +306,23 @@ def test_everywhere(lab):
         significant = any(one["beyond_chance"] for one in views.candidates(ranked))
         assert (found["unknown"] is None) == significant
         assert (verdict.UNKNOWN in said) == (not significant)
+
+
+@pytest.mark.parametrize("dps", (0.0008, 0.0012))
+def test_an_effect_within_the_tolerance_is_named_by_terminal_and_page(dps):
+    """The bias follows the temperature, by less than an Allan deviation shows."""
+    for seed in range(3):
+        rng, course = np.random.default_rng([seed, 12]), np.sin(np.linspace(0, 8, 100_000))
+        made = lab_bench.of_gyro(0.02 * rng.normal(size=len(course)) + dps * course)
+        made.columns["temp_degC"] = 25 + 5 * course + 0.01 * rng.normal(size=len(course))
+        first = models.first(made.rate_hz, "gyro_z_dps")
+        found = improve.improve(made, first)
+        assert verdict.answer(found) in ("effects", "contested")
+        assert "temp" in verdict.of_improvement(found)[1]
+        desk, text = Desk(made, Sight("gyro_z_dps")), models.text_of(first)
+        page = views.ranking(desk.of(text, True), made, desk.ranked(text, lambda said: None))
+        assert "follows temp_degC" in page["headline"][1]
+        assert page["against"][0].startswith("temperature")
 
 
 OFF = {"percent": 12.0, "ratio": 1.5, "tau_s": 2.0, "start_s": 0.0, "stop_s": 600.0}

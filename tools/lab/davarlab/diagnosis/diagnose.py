@@ -7,7 +7,7 @@ from ..candidates.identifiable import Alternative
 from ..data.recording import Recording
 from ..inference.parts import Part
 from ..model import Model
-from . import search
+from . import evidence, search
 from .fitting import start
 from .state import Judged, Progress
 
@@ -21,7 +21,8 @@ class Diagnosis:
     useless: parts that are likelier than chance and leave the error where it was; doubtful: kinds
     of what was beyond chance and is not named, and why; outdone: kinds that joined and left
     again, because later ones explain them; ended: the bound that ended the search before
-    everything was tried ("24 steps"), or empty."""
+    everything was tried ("24 steps"), or empty; against: what speaks against a last model that
+    fits, beside it."""
 
     verdict: str
     ranking: list[Candidate]
@@ -33,6 +34,7 @@ class Diagnosis:
     doubtful: dict[str, str] = field(default_factory=dict)
     outdone: list[str] = field(default_factory=list)
     ended: str = ""
+    against: list[Candidate] = field(default_factory=list)
 
 
 def diagnose(
@@ -58,4 +60,11 @@ def diagnose(
         dict(way.doubtful),
         sorted(way.outdone - set(states[-1].model_kinds)) if added else [],
         way.ended,
+        against(states[-1], way, [part.kind for part in useless]) if adequate else [],
     )
+
+
+def against(last: Judged, way: search.Search, useless: list[str]) -> list[Candidate]:
+    """What the search left out for another reason than chance, asked beside the last model."""
+    asked = {*useless, *way.doubtful, *(one.kind for one in evidence.against(way.last))}
+    return evidence.against(search.ranking(last, only=asked)) if asked else []

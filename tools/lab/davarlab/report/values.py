@@ -77,6 +77,14 @@ def answered(found: Improvement) -> Json:
         "answer_said": words.in_ascii(verdict.of_improvement(found)[1]),
         "unknown": unexplained(found.unexplained),
         "alternatives": [vars(one) for one in found.diagnosis.alternatives],
+        "against": [
+            {
+                "kind": one.kind,
+                "p_value": verdict.p_of(one),
+                "said": words.in_ascii(verdict.counter(one)),
+            }
+            for one in found.diagnosis.against
+        ],
         "useless": [part.kind for part in found.diagnosis.useless],
         "doubtful": found.diagnosis.doubtful,
         "outdone": found.diagnosis.outdone,

@@ -6,6 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
+from ..candidates.candidate import Candidate
 from ..candidates.identifiable import Alternative
 from ..data import plausible
 from ..data.observations import Observation
@@ -17,10 +18,11 @@ from ..diagnosis.unexplained import Excluded, Hint, Unexplained
 from ..effects import table
 from ..thresholds import CHANCE, JUDGE
 from . import words
-from .words import capital, chance, listed, name, number, seconds, times
+from .words import capital, listed, name, number, p_is, seconds, times
 
 CONFIDENCE = f"{100 - 100 * CHANCE.family_wise:g} % confidence"  # of a proven deviation
 SHOWN_EXCLUDED = 3  # kinds that a sentence lists with their p
+SHOWN_AGAINST = 3  # the same of what speaks against a model that fits
 # What each adequacy test detects (inference/adequacy.py).
 TESTS = {
     "spectrum": "wrong residual power at any frequency",
@@ -79,7 +81,7 @@ def adequacy(judgement: Judgement) -> str:
         )
     if judgement.adequacy == "statistical":
         return (
-            f"The model fits: no check rejects it (p = {chance(judgement.p_value)}). "
+            f"The model fits: no check rejects it ({p_is(judgement.p_value)}). "
             f"{confirmed(judgement)}"
         )
     if judgement.adequacy == "practical":
@@ -122,6 +124,41 @@ def headline(
     return "The model is off by", words.away(worst["ratio"]), f"at {tau}{where}"
 
 
+def contested(judgement: Judgement, against: Sequence[Candidate]) -> tuple[str, str, str]:
+    """The headline of a model that fits, while something speaks against it: the likeliest effect,
+    and those that the recording hardly tells from it."""
+    fits = "fits" if judgement.adequacy == "statistical" else "fits within 5 %"
+    rivals = [one for one in against if one.log_p - against[0].log_p < CHANCE.tell_apart]
+    named = words.listed(rivals[:SHOWN_AGAINST], titled, joint=" or ")
+    return f"The model {fits}, but lacks", named, f"({p_is(p_of(against[0]))})"
+
+
+def p_of(one: Candidate) -> float:
+    """Chance of an effect, as many as are tried."""
+    return float(np.exp(one.log_p)) * len(table.TABLE)
+
+
+def titled(one: Candidate) -> str:
+    return words.title(one.kind, one.part.shape)
+
+
+def counter(one: Candidate) -> str:
+    """An effect that speaks against a model, with its p."""
+    return f"{titled(one)} ({p_is(p_of(one))})"
+
+
+def contradicted(against: Sequence[Candidate]) -> str:
+    """What speaks against a model that fits, in sentences."""
+    rest = len(against) - SHOWN_AGAINST
+    more = f", and {rest} other{'s' * (rest > 1)}" if rest > 0 else ""
+    return (
+        "But the recording has effects that the model lacks: "
+        f"{', '.join(map(counter, against[:SHOWN_AGAINST]))}{more}. Each p counts all effects. "
+        "They hardly change the Allan deviation at the times that are tested. Add one if you need "
+        "what it changes, such as the bias."
+    )
+
+
 def confirmed(judgement: Judgement) -> str:
     """Up to which averaging time a fit is shown (7.3)."""
     return (
@@ -142,8 +179,8 @@ def small(judgement: Judgement) -> str:
     )
     if judgement.p_value < CHANCE.adequate_p:
         said += (
-            f" Something smaller is left over: the residual is not noise alone (p = "
-            f"{chance(judgement.p_value)})."
+            f" Something smaller is left over: the residual is not noise alone "
+            f"({p_is(judgement.p_value)})."
         )
     return said
 
@@ -233,7 +270,8 @@ def of_comparison(comparison: Comparison) -> tuple[str, str]:
 
 
 def answer(found: Improvement) -> str:
-    """Which answer a diagnosis is: "fits" (nothing is missing), "values" (those of the
+    """Which answer a diagnosis is: "fits" (nothing is missing), "contested" (it fits, but an effect
+    that it lacks is beyond chance by far), "values" (those of the
     model file are off), "effects" (named ones are missing), "unknown" (something is missing that
     davarlab does not know), "implausible", "spoiled" or "untestable" (the recording permits no
     verdict)."""
@@ -243,6 +281,8 @@ def answer(found: Improvement) -> str:
         return "unknown" if found.judgement.testable else "untestable"
     if found.added:
         return "effects"
+    if found.diagnosis.against:
+        return "contested"
     return "fits" if found.comparison.adequate else "values"
 
 
@@ -250,6 +290,7 @@ def missing(given: str, added: Sequence[str]) -> str:
     """An answer in a few words, for a table."""
     return {
         "fits": "nothing",
+        "contested": "nothing above 5 %, but effects that it lacks are significant",
         "values": "nothing (with the values of the model file refitted)",
         "effects": ", ".join(added),
         "unknown": "something that davarlab does not know"
@@ -303,7 +344,7 @@ def excluded(unexplained: Unexplained) -> list[str]:
         return ("another " if one.kind in unexplained.effects else "") + name(one.kind)
 
     by_chance = [one for one in unexplained.excluded if one.evidence == "chance"]
-    shown = [f"{called(one)} (p = {chance(one.p_value or 0.0)})" for one in by_chance]
+    shown = [f"{called(one)} ({p_is(one.p_value or 0.0)})" for one in by_chance]
     rest = len(shown) - SHOWN_EXCLUDED
     more = f", and {rest} other{'s' * (rest > 1)}" if rest > 0 else ""
     lines = []
@@ -436,8 +477,12 @@ def of_recording(found: Improvement) -> tuple[str, str]:
         return "bad", adequacy(found.judgement)
     if given == "unknown":
         return "bad", of_unknown(found)
+    against = found.diagnosis.against
     if given == "effects":
-        return "missing", f"{of_missing(found)} {final(found)}"
+        said = f"{of_missing(found)} {final(found)}"
+        return "missing", f"{said} {contradicted(against)}" if against else said
+    if given == "contested":
+        return "missing", f"{final(found)} {contradicted(against)}"
     if given == "values":
         return "missing", (
             "The model does not fit, because the values in the model file are off. With the same "

@@ -104,6 +104,11 @@ def chance(p: float) -> str:
     )
 
 
+def p_is(p: float) -> str:
+    """A p inside a sentence."""
+    return "p < 10⁻¹²" if p < TINY else f"p = {chance(p)}"
+
+
 def evidence(
     before: float, after: float | None, count: int, added: bool, alternative: bool = False
 ) -> str:
@@ -230,5 +235,5 @@ def in_ascii(text: str) -> str:
         .replace("−", "-")
         .replace("–", "-")
         .replace("∞", "inf")
-        .replace("below 10⁻¹²", "below 1e-12")
+        .replace("10⁻¹²", "1e-12")
     )

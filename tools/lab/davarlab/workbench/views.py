@@ -189,7 +189,17 @@ def model(outcome: Outcome, recording: Recording, first: bool = True) -> Json:
 def ranking(outcome: Outcome, recording: Recording, ranked: Sequence[Candidate]) -> Json:
     """The candidates beside a fit. When none is significant: the sentences, the plain values of
     what is left unexplained, and the headline of a model that does not fit."""
-    found = {"candidates": candidates(ranked), "nothing": [], "unknown": None}
+    found = {"candidates": candidates(ranked), "nothing": [], "unknown": None, "against": []}
+    against = evidence.against(ranked)
+    if outcome.state.judgement.adequate and against:
+        contested = verdict.contested(outcome.state.judgement, against)
+        said = verdict.contradicted(against)
+        return {
+            "headline": contested,
+            **found,
+            "against": [one.kind for one in against],
+            "said": said,
+        }
     if search.significant(ranked):
         return found
     left = unexplained.unexplained_by(

@@ -1,7 +1,7 @@
 // The right column: the next step. Candidates as cards, the best one first; what fits; what no known effect explains.
 import { ask } from "/page/api.js";
 import { bar } from "/page/parts/bar.js";
-import { headline } from "/page/parts/head.js";
+import { headline, settled } from "/page/parts/head.js";
 import { open } from "/page/parts/own.js";
 import { unknown } from "/page/parts/unknown.js";
 import { acting, at, now, refused, say, show } from "/page/now.js";
@@ -22,7 +22,7 @@ export async function rank(turn) {
     [now.found, now.answer] = [answer.candidates, answer];
     say("");
     draw();
-    if (answer.headline) headline();
+    headline();
     await foresee(turn);
   } catch (why) {
     if (wantedStill(turn)) refused(why);
@@ -63,7 +63,7 @@ function pips(gain) {
 function draw() {
   const focused = document.activeElement?.dataset?.kind, left = document.activeElement === at("page");
   if (now.answer.unknown) fill("next", ...unknown(now.answer, rest(now.found)));
-  else if (now.view.adequate) fill("next", ...fits(), rest(now.found));
+  else if (settled()) fill("next", ...fits(), rest(now.found));
   else if (!cards().length) fill("next", nothing(), rest(now.found));
   else {
     const shown = cards(), first = shown[0], kept = new Set(shown.flatMap(({ one, others }) => [one, ...others]));
@@ -98,7 +98,7 @@ function write(made, card, best) {
   for (const child of [...made.children]) if (child !== add) child.remove();
   add.className = best && falls ? "candidate go big" : "candidate";
   add.disabled = !later; // nobody adds an effect before its result is shown
-  add.before(...[best ? element("div", { class: "kicker" }, element("span", {}, "Next: add"), element("span", { class: "row" }, element("span", { class: "soft small" }, "evidence"), pips(one.gain))) : null,
+  add.before(...[best ? element("div", { class: "kicker" }, element("span", {}, falls ? "Next: add" : now.view.adequate ? "Speaks against it" : "Next"), element("span", { class: "row" }, element("span", { class: "soft small" }, "evidence"), pips(one.gain))) : null,
     element("h2", {}, titled(card)), to || element("span", { class: "to soft" }, "…"),
     later ? bar(before, later.error, later.floor, top()) : element("div", { class: "bar" }),
     element("p", { class: `soft say${falls ? "" : " rises"}`, title: others.length ? others.map((other) => other.note || other.confirm).join(" ") : one.confirm }, best ? null : pips(one.gain), say)].filter(Boolean));
@@ -114,7 +114,7 @@ function button(card, style) {
 }
 
 function rest(found, shown = 0) {
-  const title = now.view.adequate || !shown ? `${found.length} tried, ${now.found.some((one) => one.beyond_chance) ? "none needed" : "none beyond chance"}` : `${found.length} more`;
+  const title = settled() || !shown ? `${found.length} tried, ${now.found.some((one) => one.beyond_chance) ? "none needed" : "none beyond chance"}` : `${found.length} more`;
   return element("div", { class: "more soft" }, found.length ? element("details", { id: "more", ontoggle: (event) => event.target.open && event.target.scrollIntoView({ block: "start" }) }, element("summary", {}, title), element("div", { role: "group", "aria-label": "Other effects" },
     ...now.answer.nothing.map((said) => element("p", {}, said)),
     ...found.map((one) => element("div", { class: "row" }, element("span", { class: "grow", title: one.why }, capital(one.title)), button({ one, others: [] }, "candidate small"))))) : null,
@@ -147,7 +147,7 @@ async function ghost({ one }, turn) {
 
 // The error and the curve with each candidate of a card, one after the other: the best one first. Those with which the error does not fall make room for the next ones.
 async function foresee(turn) {
-  if (now.view.adequate || now.answer.unknown) return;
+  if (settled() || now.answer.unknown) return;
   for (let card; (card = cards().find(({ one }) => !foreseen.has(one.place)));) {
     if (!(await ghost(card, turn))) return;
     redraw();
