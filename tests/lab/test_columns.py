@@ -19,7 +19,7 @@ from davarlab.data import recording as logged
 from davarlab.data import signals
 from davarlab.data.observations import Observation
 from davarlab.data.recording import Recording
-from davarlab.diagnosis import combs, diagnose, evidence, fitting
+from davarlab.diagnosis import combs, diagnose, evidence, fitting, improve
 from davarlab.effects import own, table
 from davarlab.effects.base import INFINITE
 from davarlab.effects.columns import may_follow
@@ -425,3 +425,68 @@ def test_a_rectification_of_the_noise_of_a_column_is_not_added(seed):
     said = diagnose.diagnose(Recording(found, heat.RATE), MODEL)
     assert "vibration_rectification" not in said.states[-1].model_kinds
     assert "is not physical" in said.doubtful["vibration_rectification"]
+
+
+# Noise that follows a column: laws of the true noise, of which davarlab knows none.
+
+NOISE_S, NOISE_RATE = 1800, 50.0
+
+
+def logged_with_noise(seed, law):
+    rng, t = np.random.default_rng([seed, 21]), np.arange(NOISE_S * 50) / NOISE_RATE
+    rest = rng.normal(size=(5, len(t)))
+    found = {
+        "rpm": np.clip(3000 + 2500 * np.sin(2 * np.pi * t / 400) + 50 * rest[0], 0, None),
+        "heater_A": 0.35 + 0.8 * (np.sin(2 * np.pi * t / 217) > 0.3) + 0.02 * rest[1],
+        "supply_V": 5 - 0.4 * t / NOISE_S + 0.003 * rest[2],
+        "load": 0.05 * np.cumsum(rest[3]),
+    }
+    made = lab_bench.of_gyro(0.035 * rest[4] * law(found, t))
+    made.columns.update(found)
+    return made
+
+
+NOISE_LAWS = {
+    "rpm": lambda of, t: 1 + (of["rpm"] / 4000) ** 2,
+    "heater_A": lambda of, t: 1 + 0.5 * (of["heater_A"] > 0.75),
+    "supply_V": lambda of, t: 1 + 1.5 * (5 - of["supply_V"]) / 0.4,
+    "": lambda of, t: np.ones_like(t),
+    "a step": lambda of, t: 1 + 0.5 * ((t > 700) & (t < 1100)),
+}
+
+
+@pytest.mark.parametrize("name", NOISE_LAWS)
+def test_the_column_that_the_noise_follows_is_named(name):
+    for seed in range(3):
+        made = logged_with_noise(seed, NOISE_LAWS[name])
+        found = improve.improve(made, model.first(made.rate_hz, "gyro_z_dps"))
+        wanted = {"": [], "a step": ["noise_step"]}.get(name, ["noise_follows"])
+        assert (found.added, found.judgement.adequate) == (wanted, True)
+        if name in made.columns:
+            (part,) = (part for part in found.state.parts if part.kind == "noise_follows")
+            assert part.shape["column"] == name
+            again = improve.fit(made, found.model)
+            assert again[0].judgement.adequate  # the model file says all of it
+
+
+def test_noise_that_follows_a_column_is_simulated_and_measured_alike():
+    made = logged_with_noise(7, NOISE_LAWS[""])
+    shape = {"column": "rpm", "origin": 0.0, "reference": 5500.0, "power": 3.0}
+    effect = table.find("noise_follows")
+    for size in (0.02, 0.06):
+        rng = np.random.default_rng([int(100 * size), 22])
+        added = effect.simulate(made, {**shape, "coefficient_dps": size}, rng, None)
+        again = Recording(made.columns | {"gyro_z_dps": made.columns["gyro_z_dps"] + added}, 50.0)
+        given = model.of(
+            {
+                "sensor": {"column": "gyro_z_dps", "rate_hz": 50.0},
+                "effect": [
+                    {"kind": "angle_random_walk", "coefficient_deg_per_sqrt_h": 0.3},
+                    {"kind": "noise_follows", "coefficient_dps": 0.04, **shape},
+                ],
+            },
+            "m.toml",
+        )
+        _, _, entries = improve.fit(again, given)
+        found = entries[1]["coefficient_dps"]
+        assert found.low - 0.02 * size < size < found.high + 0.02 * size

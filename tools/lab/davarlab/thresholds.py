@@ -346,9 +346,11 @@ class Tries:
             "temperature_hysteresis": 3.5,
             "temperature_noise": 1.4,
             "follows": 4.4,
+            "noise_follows": 0.6,
         },
         "tries",
-        "null recordings; follows, per column: 240 clean recordings of 20 minutes (DESIGN 4)",
+        "null recordings; follows, per column: 240 clean recordings of 20 minutes; noise_follows, "
+        "per column: 400 of them with three columns (DESIGN 4)",
         "of an effect on a column: alone, or where the temperature is in the model already",
     )
     of_visit: float = of(
@@ -590,6 +592,12 @@ class Levels:
 class Column:
     """Effects on logged columns (candidates/columns.py, identifiable.py)."""
 
+    powers: tuple[float, ...] = of(
+        (1.0, 2.0, 3.0, 4.0),
+        "exponents",
+        "choice",
+        "of a column, with which the variance of the white noise is tried to grow",
+    )
     means_most: int = of(
         16384, "block means", "DESIGN 4", "of the recording that shapes are scanned on"
     )

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import TypeVar
 
 import numpy as np
+import scipy
 from scipy import fft
 
 from ..arrays import Floats
@@ -20,7 +21,7 @@ from ..inference import changes, modulation
 from ..inference.changes import Blocks
 from ..inference.parts import Bench, Part
 from ..inference.whittle import Fit
-from ..thresholds import CHANCE, COLUMN, TRIES
+from ..thresholds import CHANCE, COLUMN, SEARCH, TRIES
 from .candidate import Candidate, log_tail
 from .ranking import shapes_of
 
@@ -262,6 +263,85 @@ def in_the_noise(bench: Bench, parts: Sequence[Part], blocks: Blocks) -> Candida
     )
 
 
+class NoiseScan:
+    """Gains of a column in the variance of the white noise, beside what the parts say of it."""
+
+    def __init__(self, bench: Bench, parts: Sequence[Part], blocks: Blocks, name: str) -> None:
+        self.recording, self.blocks, self.name = bench.recording, blocks, name
+        self.rows = modulation.variance_shapes(parts, bench.recording, blocks)
+        _, self.before, self.without = changes.fit(blocks, self.rows)
+        x = columns.still(bench.recording, name)
+        self.low, self.high = float(x.min()), float(x.max())
+
+    def part(self, origin: float, power: float) -> Part:
+        """The reference is the value that is farthest from the origin."""
+        far = self.high if self.high - origin > origin - self.low else self.low
+        shape = {"column": self.name, "origin": origin, "reference": far, "power": power}
+        return Part("noise_follows", shape)
+
+    def fitted(self, part: Part) -> tuple[Floats, float]:
+        """(variance, likelihood gained) with the part."""
+        row = modulation.variance_shapes([part], self.recording, self.blocks)[1]
+        _, variance, likelihood = changes.fit(self.blocks, np.vstack([self.rows, row]))
+        return variance, likelihood - self.without
+
+    def best(self) -> Candidate:
+        """Neither a touch nor a level that moves for other reasons must pass for it."""
+        tried = [
+            self.part(origin, power)
+            for origin in {0.0, self.low, self.high}
+            for power in COLUMN.powers
+            if not self.low < origin < self.high
+        ]
+        part = max(tried, key=lambda one: self.fitted(one)[1])
+        if self.fitted(part)[1] > SEARCH.certain:
+            part = self.finer(part)
+        variance = self.fitted(part)[0]
+        gain = changes.steady_gain(self.blocks, self.before, variance) / changes.restless(
+            self.blocks.energy / variance, self.blocks.length
+        )
+        return Candidate("noise_follows", part, gain, 0.0)
+
+    def finer(self, part: Part) -> Part:
+        """The part with its origin, outside of the column, and its power at their best."""
+        span = self.high - self.low
+        above = part.shape["origin"] >= self.high
+
+        def moved(x: Floats) -> Part:
+            origin = (self.high + span * abs(x[0])) if above else (self.low - span * abs(x[0]))
+            return self.part(float(origin), float(np.clip(np.exp(x[1]), 0.5, 8.0)))
+
+        away = part.shape["origin"] - (self.high if above else self.low)
+        start = np.array([abs(away) / span, np.log(part.shape["power"])])
+        found = scipy.optimize.minimize(
+            lambda x: -self.fitted(moved(x))[1],
+            start,
+            method="Nelder-Mead",
+            options={
+                "maxfev": 80,
+                "xatol": 0.01,
+                "fatol": 0.5,
+                "initial_simplex": start + np.array([[0, 0], [0.5, 0], [0, 0.3]]),
+            },
+        )
+        return moved(found.x)
+
+
+def noise_following(
+    bench: Bench, parts: Sequence[Part], blocks: Blocks, gyro: str | None
+) -> list[Candidate]:
+    """White noise that goes with a logged column, the best shape of each. Not with another axis,
+    whose noise has the same cause."""
+    names = [
+        name
+        for name in columns.may_follow(bench.recording, gyro)
+        if not name.startswith("gyro_") and np.ptp(columns.still(bench.recording, name)) > 0
+    ]
+    found = [NoiseScan(bench, parts, blocks, name).best() for name in names]
+    found = [judged(one, TRIES.of_column["noise_follows"] * len(names)) for one in found]
+    return sorted(found, key=lambda one: one.log_p - 1e-9 * one.gain)
+
+
 def following(bench: Bench, parts: Sequence[Part], fit: Fit, gyro: str | None) -> list[Candidate]:
     """Every other logged column that the model does not follow yet, best lag and form of each."""
     known = [part.shape["column"] for part in parts if part.kind == "follows"]
@@ -296,6 +376,9 @@ def tried(
     """Candidates on the logged columns, of `follows` one per column. gyro: the column of the
     model."""
     found = following(bench, parts, fit, gyro)
+    if all(part.kind != "noise_follows" for part in parts):
+        blocks = blocks or bench.blocks(parts, fit)
+        found += noise_following(bench, parts, blocks, gyro)[:1]
     if "temp_degC" in bench.recording.columns and np.ptp(bench.recording.columns["temp_degC"]) > 0:
         found += [one for one in on_temperature(bench, parts, fit) if one]
         if all(part.kind != "temperature_noise" for part in parts):

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..data.recording import Recording
 from ..effects import table
-from ..inference import modulation, refine
+from ..inference import changes, modulation, refine
 from ..inference.parts import Bench, Part, without
 from ..inference.whittle import Fit
 from ..thresholds import CHANCE, COLUMN, TRIES
@@ -287,14 +287,14 @@ def settled(found: list[Candidate], bench: Bench, parts: Sequence[Part]) -> Sett
 
 
 def noise_of_heat(found: list[Candidate], bench: Bench, parts: Sequence[Part]) -> Settled:
-    """A noise step may be the best interval of noise that goes with the temperature: that one comes
+    """A noise step may be the best interval of noise that goes with a column: that one comes
     first when it explains more. Its gain in the ranking was divided by what stays restless, that of
     the step was not."""
     heat = next(
         (
             c
             for c in found
-            if c.kind == "temperature_noise"
+            if c.kind in ("temperature_noise", "noise_follows")
             and c.log_p + np.log(len(found)) < np.log(CHANCE.family_wise)
         ),
         None,
@@ -302,7 +302,14 @@ def noise_of_heat(found: list[Candidate], bench: Bench, parts: Sequence[Part]) -
     if heat is None:
         return found, None
     blocks = bench.blocks(parts, bench.fit(parts))
-    whole = modulation.best_growth(parts, bench.recording, blocks)[1]
+    if heat.kind == "temperature_noise":
+        whole = modulation.best_growth(parts, bench.recording, blocks)[1]
+    else:
+        with_it, without = (
+            changes.fit(blocks, modulation.variance_shapes(each, bench.recording, blocks))[2]
+            for each in ([*parts, heat.part], parts)
+        )
+        whole = with_it - without
     return (first(found, heat), []) if whole > found[0].gain + CHANCE.tell_apart else (found, None)
 
 

@@ -114,20 +114,15 @@ def cells_in(
                 valid = np.where(as_drawn, state.known.mean(), valid)
         measured = measured**2
         for row in range(len(measured)):
-            level = (
-                1.0
-                if relative is None
-                else float(relative[row * window : (row + 1) * window].mean())
-            )
-            local = noise * (1 + share * (level - 1))
+            level, scatter = levels(relative, row * window, window, taus, share)
             rows = row_cells(
                 row,
                 window,
                 taus,
                 measured[row],
-                local,
+                noise * level,
                 course[row] + steady,
-                freedom * valid[row],
+                freedom * valid[row] / scatter,
                 bench.data.rate_hz,
             )
             found += [
@@ -136,6 +131,22 @@ def cells_in(
                 if part > JUDGE.valid_share and (state.known is None or cell.freedom > 1)
             ]
     return found
+
+
+def levels(
+    relative: Floats | None, start: int, window: int, taus: Sequence[int], share: Floats
+) -> tuple[Floats, Floats]:
+    """(variance of the noise in a window over its mean in the record, how much more the Allan
+    variance scatters than with a constant level) per tau. The differences of an averaging time see
+    the middle of the window more than its ends, and where it is loud, few of them decide."""
+    if relative is None:
+        return np.ones(len(taus)), np.ones(len(taus))
+    total = np.concatenate([[0.0], np.cumsum(relative[start : start + window])])
+    found = np.empty((2, len(taus)))
+    for place, (m, part) in enumerate(zip(taus, share)):
+        local = 1 + part * ((total[2 * m :] - total[: -2 * m]) / (2 * m) - 1)
+        found[:, place] = local.mean(), np.mean(local**2) / local.mean() ** 2
+    return found[0], found[1]
 
 
 def lost_between(known: Bools, valid: Floats) -> Bools:

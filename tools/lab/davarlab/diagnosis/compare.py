@@ -13,7 +13,6 @@ from ..data import signals
 from ..data.observations import Observation
 from ..data.recording import Recording
 from ..distributions import chi2_sf, norm_sf
-from ..effects.changes import vibration_square
 from ..inference import changes, modulation
 from ..inference.estimate import vector_likelihood
 from ..inference.parts import Bench, Part, part_of
@@ -157,13 +156,10 @@ def whiter(model: Model, part: Part, state: State) -> float:
                 min(term.parameters["stop_s"], span) - min(term.parameters["start_s"], span)
             ) / span
             factor += (term.parameters["ratio"] ** 2 - 1) * max(inside, 0)
-        if term.kind == "vibration_noise" and white > 0:
-            square = vibration_square(state.bench.recording, term.parameters["axis"], blocks).mean()
-            factor += (
-                term.parameters["coefficient_dps_per_g"] ** 2
-                * square
-                / (white**2 * state.bench.recording.rate_hz)
-            )
+        if term.kind in ("vibration_noise", "noise_follows") and white > 0:
+            row = modulation.variance_shapes([part_of(term)], state.bench.recording, blocks)[1]
+            size = part_of(term).effect.dps(term.parameters)
+            factor += size**2 * row.mean() / (white**2 * state.bench.recording.rate_hz)
     return factor
 
 

@@ -19,6 +19,7 @@ SOUGHT_TOGETHER = (
     "temperature_hysteresis",
     "temperature_noise",
     "follows",
+    "noise_follows",
 )  # candidates/columns.py
 LAGS_S = (0.0, 5.0, 10.0, 20.0, 40.0, 80.0, 160.0, 320.0, 640.0)
 LAG_SHARE = 0.25  # of the record, the longest lag that it can show
@@ -155,6 +156,25 @@ def simulate_temperature_noise(
     return white * (growth(recording, parameters["relative_per_degC"]) - 1)
 
 
+def added_variance(x: Floats, shape: Values) -> Floats:
+    """What a column x adds to the variance of the white noise, 1 at the reference."""
+    away = np.abs(x - shape["origin"])
+    reach = abs(shape["reference"] - shape["origin"]) or 1.0
+    found: Floats = (away / reach) ** shape["power"]
+    return found
+
+
+def simulate_noise_follows(
+    recording: Recording, parameters: Values, rng: np.random.Generator, _: Floats
+) -> Floats:
+    found: Floats = (
+        parameters["coefficient_dps"]
+        * np.sqrt(added_variance(still(recording, parameters["column"]), parameters))
+        * rng.standard_normal(recording.samples)
+    )
+    return found
+
+
 TEMPERATURE = Effect(
     "temperature",
     "The bias follows the temperature of the die.",
@@ -245,4 +265,20 @@ FOLLOWS = Effect(
     grid={"column": may_follow, "lag_s": lags},
     variants={"still": partial(follow, denoised=True)},
     most=limits.FOLLOWED,
+)
+NOISE_FOLLOWS = Effect(
+    "noise_follows",
+    "Another logged column adds white noise: a rotor speed, a load or a supply.",
+    (
+        Parameter("coefficient_dps", "deg/s per sample at the reference", 0, INFINITE),
+        Parameter("column", "name of a column", *ANY, form=one_name),
+        Parameter("origin", "of the column, without added noise", *ANY, searched=True),
+        Parameter("reference", "of the column", *ANY, searched=True),
+        Parameter("power", "of the added variance", 0.5, 8, searched=True),
+    ),
+    "Hold two values of that quantity. The noise of single samples must differ, and return with "
+    "it.",
+    "variance",
+    "slope -1/2, higher while that column is",
+    simulate=simulate_noise_follows,
 )

@@ -32,6 +32,7 @@ TABLE = {
         columns.TEMPERATURE_HYSTERESIS,
         columns.TEMPERATURE_NOISE,
         columns.FOLLOWS,
+        columns.NOISE_FOLLOWS,
         means.INTERMITTENT_LINE,
         means.DRIFTING_LINE,
         means.BIAS_STEP,

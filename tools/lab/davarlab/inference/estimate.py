@@ -345,12 +345,13 @@ def dynamic_estimates(
             )
         }
     } | growth_estimates(dynamic, bench.recording, blocks, share)
-    order = [part.kind for part in parts if part.kind in ("vibration_noise", "noise_step")]
-    for kind, size, error in zip(order, sizes[1:], errors[1:]):
-        if kind == "vibration_noise":
+    order = [part for part in parts if part.kind in modulation.ROWS]
+    for part, size, error in zip(order, sizes[1:], errors[1:]):
+        kind = part.kind
+        if kind != "noise_step":
             white = level * bench.recording.rate_hz
             found[kind] = {
-                "coefficient_dps_per_g": interval(np.sqrt(size * white), error / size / 2, True)
+                part.effect.size.name: interval(np.sqrt(size * white), error / size / 2, True)
                 if size > 0
                 else Estimate(0.0, 0.0, float(np.sqrt(CHANCE.normal_95 * error * white)))
             }

@@ -17,6 +17,9 @@ from .changes import Blocks
 from .parts import Bench, Part
 from .whittle import Fit
 
+# Kinds that add a row to the variance of the blocks.
+ROWS = ("vibration_noise", "noise_follows", "noise_step")
+
 
 def variance_shapes(parts: Sequence[Part], recording: Recording, blocks: Blocks) -> Floats:
     """Rows of the variance of the blocks that the parts say: the white noise first, constant or as
@@ -29,6 +32,9 @@ def variance_shapes(parts: Sequence[Part], recording: Recording, blocks: Blocks)
                     recording, part.shape["axis"], blocks
                 )
             )
+        if part.kind == "noise_follows":
+            x = block_means(columns.still(recording, part.shape["column"]), blocks)
+            rows.append(columns.added_variance(x, part.shape))
         if part.kind == "noise_step":
             time = (np.arange(len(blocks.energy)) + 0.5) * blocks.period_s
             rows.append(
@@ -48,13 +54,16 @@ def white_growth(parts: Sequence[Part], recording: Recording, blocks: Blocks) ->
     return found
 
 
+def block_means(x: Floats, blocks: Blocks) -> Floats:
+    count = len(blocks.energy)
+    found: Floats = x[: count * blocks.length].reshape(count, blocks.length).mean(axis=1)
+    return found
+
+
 def block_temperature(recording: Recording, blocks: Blocks) -> Floats:
     """Of each block, from the mean of the record, degC."""
     slow = columns.slow_temperature(recording)
-    count = len(blocks.energy)
-    found: Floats = (
-        slow[: count * blocks.length].reshape(count, blocks.length).mean(axis=1) - slow.mean()
-    )
+    found: Floats = block_means(slow, blocks) - slow.mean()
     return found
 
 

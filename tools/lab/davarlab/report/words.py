@@ -42,6 +42,8 @@ def title(kind: str, parameters: Mapping[str, Any]) -> str:
         return "follows temp_degC"
     if kind == "follows":
         return f"follows {parameters['column']}"
+    if kind == "noise_follows":
+        return f"noise follows {parameters['column']}"
     return name(kind)
 
 
