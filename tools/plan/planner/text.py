@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 
 from . import programs
-from .design import BLOCK, CASCADE_CLUSTERS, NUMBER, Design
+from .design import BLOCK, Design
+from .parts import SUFFIX, Part, flat, parts, scale
 
-SUFFIX = {type: name.lower() for type, name in NUMBER.items()}
 SAMPLE = {"int16": "int16_t", "int32": "int32_t", "float": "float"}
 TOGETHER = 16  # samples of an axis that a push hands on at once
 
@@ -19,13 +19,6 @@ def defines(design: Design) -> list[str]:
         "LAWS": int(design.law == "glr"),
     }
     return [f"DAVAR_{name}={value}" for name, value in options.items()]
-
-
-def _scale(design: Design) -> str:
-    wishes = design.wishes
-    if wishes.type == "float":
-        return f".full_scale = {wishes.full_scale!r}, /* deg/s */"
-    return f".unit_per_count = {wishes.lsb!r}, /* deg/s */"
 
 
 def _window(design: Design, whitening: Sequence[str]) -> list[str]:
@@ -101,7 +94,7 @@ void davar_setup_gap(uint32_t missing);
  *   coefficient[DAVAR_ANGLE_RANDOM_WALK]: present, value, low, high, in deg/sqrt(h)
  *   noise: why a coefficient is absent{more} */
 const davar_result_t *davar_setup_take(uint8_t axis);
-{curve}
+{functions}
 /* Returns to the state after davar_setup_start, counters included. Call it while no push is at
  * work, for example after the gyro was configured again. */
 void davar_setup_restart(void);
@@ -125,30 +118,6 @@ const davar_config_t *davar_setup_config(void);
 
 #endif
 """
-
-
-CURVE_COMMENT = {
-    "arw": "",
-    "curve": """
-/* Returns the long averaging times of an axis, or null until the shortest of them has a value.
- * tau[] has adev, low and high in deg/s, NaN where there is too little data. Once the curve is
- * flat, its lowest adev over 0.664 estimates the bias instability; before, that is an upper bound.
- * Call it in the main loop, as seldom as you need a curve. The result is valid until the next call
- * of take or curve. */
-const davar_result_t *davar_setup_curve(uint8_t axis);
-""",
-    "terms": """
-/* Returns the whole Allan curve of an axis, or null if nothing is known yet. tau[] has the long
- * averaging times too, and coefficient[] has the bias instability (deg/h), the rate random walk
- * (deg/h/sqrt(h)) and the other terms. It takes the newest result of the window, if there is one:
- * davar_setup_take then returns null until the next.
- * Without a new result, the short averaging times are absent (NaN), and the long ones give all
- * terms.
- * Call it in the main loop, as seldom as you need a curve: it is much slower. The result is valid
- * until the next call of take or curve. */
-const davar_result_t *davar_setup_curve(uint8_t axis);
-""",
-}
 
 
 def header(design: Design, title: str, about: Sequence[str], alone: bool) -> str:
@@ -188,7 +157,7 @@ def header(design: Design, title: str, about: Sequence[str], alone: bool) -> str
         last=axes - 1,
         more=more,
         also=" of take or curve" if design.cascade_taus else "",
-        curve=CURVE_COMMENT[design.fit],
+        functions="".join(part.comment for part in parts(design)),
     )
 
 
@@ -208,7 +177,7 @@ static const davar_config_t config = {{
 static uint64_t memory[DAVAR_SETUP_AXES]
                       [{memory} / 8U];
 static davar_t gyro[DAVAR_SETUP_AXES];
-{cascade}
+{declarations}
 davar_status_t davar_setup_start(void)
 {{
     for (size_t a = 0; a < DAVAR_SETUP_AXES; a++) {{
@@ -239,7 +208,7 @@ const davar_result_t *davar_setup_take(uint8_t axis)
     (void){white}(&davar_setup_plan, config.rate_hz, &result);
 {flat}    return &result;
 }}
-{curve}
+{functions}
 void davar_setup_restart(void)
 {{
     for (size_t a = 0; a < DAVAR_SETUP_AXES; a++) {{
@@ -267,7 +236,7 @@ const davar_config_t *davar_setup_config(void)
 PUSH_ONE = """void davar_setup_push(const {sample} *samples, size_t count)
 {{
     davar_push_{suffix}(&gyro[0], samples, count);
-{cascade}}}
+{parts}}}
 """
 
 PUSH_ALL = """void davar_setup_push(const {sample} *samples, size_t count)
@@ -280,136 +249,65 @@ PUSH_ALL = """void davar_setup_push(const {sample} *samples, size_t count)
                 one[i] = samples[(DAVAR_SETUP_AXES * i) + a];
             }}
             davar_push_{suffix}(&gyro[a], one, n);
-{cascade}        }}
+{parts}        }}
         samples += DAVAR_SETUP_AXES * n;
         count -= n;
     }}
 }}
 """
 
-CASCADE = """static const davar_cascade_config_t slow = {{
-    .rate_hz = {rate!r},
-    {scale}
-    .shortest = {shortest}, /* samples */
-    .tau_count = {taus},
-    .clusters = {clusters},
-}};
-static uint64_t stages[DAVAR_SETUP_AXES][DAVAR_CASCADE_MEMORY({type}, {taus}) / 8U];
-static davar_cascade_t cascade[DAVAR_SETUP_AXES];
-"""
+
+def _includes(chosen: Sequence[Part], alone: bool) -> str:
+    """Of davar_setup.c, besides its header."""
+    own = [f'#include "davar/{name}.h"\n' for part in chosen for name in part.includes]
+    standard = sorted({f"#include <{name}.h>\n" for part in chosen for name in part.standard})
+    groups = ["".join(group) for group in ([] if alone else own, standard) if group]
+    return "\n".join(groups)
 
 
-CURVE = {
-    "arw": "",
-    "curve": """
-const davar_result_t *davar_setup_curve(uint8_t axis)
-{
-    memset(&result, 0, sizeof result);
-    for (uint8_t k = 0; k < DAVAR_COEFFICIENT_COUNT; k++) {
-        result.coefficient[k] = (davar_coefficient_t){false, NAN, NAN, INFINITY};
-    }
-    if ((axis >= DAVAR_SETUP_AXES) || !davar_cascade_append(&cascade[axis], &result)) {
-        return NULL;
-    }
-    for (uint8_t t = 0; t < result.tau_count; t++) {
-        davar_adev_t *const tau = &result.tau[t];
-        if (tau->differences > 0) {
-            tau->edf = davar_edf_least(&result, t);
-            davar_chi_square_interval(tau->edf, &tau->low, &tau->high);
-            tau->low = tau->adev * sqrt(tau->low);
-            tau->high = tau->adev * sqrt(tau->high);
-        }
-    }
-    return &result;
-}
-""",
-    "terms": """
-/* A result of a window without differences. */
-static void clear(void)
-{
-    memset(&result, 0, sizeof result);
-    for (uint8_t t = 0; t < config.tau_count; t++) {
-        result.tau[t].m = taus[t];
-        result.tau[t].adev = NAN;
-    }
-    result.tau_count = config.tau_count;
-}
-
-const davar_result_t *davar_setup_curve(uint8_t axis)
-{
-    if (axis >= DAVAR_SETUP_AXES) {
-        return NULL;
-    }
-    const bool has_window = davar_take(&gyro[axis], &result);
-    if (!has_window) {
-        clear();
-    }
-    const bool has_long_times = davar_cascade_append(&cascade[axis], &result);
-    davar_fit(&davar_setup_plan, config.rate_hz, &result);
-{flat}    return (has_window || has_long_times) ? &result : NULL;
-}
-""",
-}
-FLAT = "    (void)davar_fit_flat(&davar_setup_plan, config.rate_hz, &result);\n"
-CASCADE_HEADER = '#include "davar/cascade.h"\n\n'
-STANDARD = "#include <math.h>\n#include <string.h>\n"
+def _push(design: Design, chosen: Sequence[Part]) -> str:
+    """The function that passes samples on."""
+    one = design.wishes.axes == 1
+    names = (
+        {"axis": "0", "samples": "samples", "count": "count"}
+        if one
+        else {"axis": "a", "samples": "one", "count": "n"}
+    )
+    indent = " " * (4 if one else 12)
+    return (PUSH_ONE if one else PUSH_ALL).format(
+        sample=SAMPLE[design.wishes.type],
+        suffix=SUFFIX[design.wishes.type],
+        together=TOGETHER,
+        parts="".join(indent + part.push.format(**names) for part in chosen),
+    )
 
 
 def source(design: Design, title: str, plan: str, whitening: Sequence[str], alone: bool) -> str:
     """davar_setup.c. plan: the text of the fit plan; whitening: settings of law glr; alone: see
     files().
     """
-    wishes, slow = design.wishes, design.cascade_taus > 0
-    suffix, sample = SUFFIX[wishes.type], SAMPLE[wishes.type]
-    rate, scale = wishes.rate_hz, _scale(design)
-    flat = FLAT if wishes.motion == "slow" else ""
-    push = (PUSH_ONE if wishes.axes == 1 else PUSH_ALL).format(
-        sample=sample,
-        suffix=suffix,
-        together=TOGETHER,
-        cascade=""
-        if not slow
-        else f"    davar_cascade_push_{suffix}(&cascade[0], samples, count);\n"
-        if wishes.axes == 1
-        else f"            davar_cascade_push_{suffix}(&cascade[a], one, n);\n",
-    )
+    chosen = parts(design)
     return SOURCE.format(
         title=title,
-        includes="" if not slow else STANDARD if alone else CASCADE_HEADER + STANDARD,
+        includes=_includes(chosen, alone),
         plan=plan,
         taus=", ".join(map(str, design.taus)),
-        rate=rate,
-        scale=scale,
+        rate=design.wishes.rate_hz,
+        scale=scale(design),
         stride=design.stride,
         engine=_engine(design),
         window="\n    ".join(_window(design, whitening)),
         count=len(design.taus),
         memory=_memory(design),
-        cascade=CASCADE.format(
-            rate=rate,
-            scale=scale,
-            shortest=design.cascade_shortest,
-            taus=design.cascade_taus,
-            clusters=CASCADE_CLUSTERS,
-            type=NUMBER[wishes.type],
-        )
-        if slow
-        else "",
-        suffix=suffix,
-        start=""
-        if not slow
-        else "        if ((status == DAVAR_OK) &&\n"
-        "            (DAVAR_CASCADE_OK !=\n"
-        f"             davar_cascade_init_{suffix}(&cascade[a], &slow, stages[a],\n"
-        "                                        sizeof stages[a]))) {\n"
-        "            status = DAVAR_ERR_BUILD; /* the planner checked the settings */\n"
-        "        }\n",
-        push=push,
-        gap="        davar_cascade_gap(&cascade[a], missing);\n" if slow else "",
-        restart="        davar_cascade_reset(&cascade[a]);\n" if slow else "",
-        curve=CURVE[design.fit].replace("{flat}", flat),
-        flat=flat,
+        suffix=SUFFIX[design.wishes.type],
+        push=_push(design, chosen),
+        flat=flat(design),
         white="davar_fit_white" if design.fit == "terms" else "davar_fit_white_ready",
+        declarations="".join(part.declarations for part in chosen),
+        start="".join(part.start for part in chosen),
+        gap="".join(part.gap for part in chosen),
+        restart="".join(part.restart for part in chosen),
+        functions="".join(part.function for part in chosen),
     )
 
 
