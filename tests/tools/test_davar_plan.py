@@ -1,4 +1,6 @@
-"""davar-plan: its plan equals that of davar_plan_init and gives the same results."""
+"""davar-plan: its plan equals that of davar_plan_init and gives the same results, and that of a
+floor equals that of davar_floor_plan.
+"""
 
 import re
 import subprocess
@@ -43,6 +45,26 @@ PLANS = [
     ),
 ]
 
+# Options of the plan of a floor, its filter as calls of the library, block and usable frequencies.
+FLOORS = [
+    ("--rate 1000 --lsb 0.061 --bandwidth none", "", 256, 31),
+    ("--rate 799.9 --lsb 1e-4 --rail 8388607 --bandwidth none", "", 128, 31),
+    (
+        "--rate 1000 --lsb 0.007625 --rail 262136 --bandwidth 258:2:5+sum:8",
+        "low_pass(&f, 258.0 / 8000.0, 2, 0.01 * 5.0); davar_filter_sum(&f, 8)",
+        256,
+        25,
+    ),
+    (
+        "--rate 1000 --lsb 0.061 --bandwidth 250",
+        "low_pass(&f, 0.25, 2, 0.01 * 10.0)",
+        256,
+        21,
+    ),
+    ("--rate 500 --lsb 0.061 --bandwidth biquad:200", "biquad(&f, 0.4)", 128, 28),
+    ("--rate 2000 --lsb 0.061 --bandwidth average:4", "average(&f, 1, 4)", 256, 12),
+]
+
 
 def plan(*words):
     built()
@@ -77,6 +99,29 @@ def test_it_equals_the_plan_of_the_library_and_gives_the_same_results(
     same, white = printed_by([program]).split()
     assert same == "1960"
     assert filter is not None or white == "some"
+
+
+@pytest.mark.parametrize("options, filter, block, usable", FLOORS)
+def test_the_plan_of_a_floor_equals_that_of_the_library(
+    options, filter, block, usable, library, tmp_path
+):
+    done = plan("--floor", *options.split(), "--name", "ready")
+    assert (done.returncode, done.stderr) == (0, "")
+    (tmp_path / "plan.c").write_text(done.stdout)
+    given = dict(zip(options.split()[::2], options.split()[1::2]))
+    defined = {
+        "FILTER": f"davar_filter_{filter}" if filter else "",
+        "RATE": given["--rate"],
+        "LSB": given["--lsb"],
+        "RAIL": given.get("--rail", 32767),
+        "BLOCK": block,
+    }
+    strict = ("-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O1", "-ffp-contract=off")
+    program = ROOT / "tests/tools/ready_floor.c"
+    options = [f"-D{name}={value}" for name, value in defined.items()]
+    files = (program, "plan.c", library)
+    assert gcc(tmp_path, *strict, *options, *files, "-lm", "-o", "run") == ""
+    assert printed_by([tmp_path / "run"]) == f"{usable}\n"
 
 
 def test_a_filter_prints_the_detector_s_whitening():
@@ -123,6 +168,25 @@ BAD = [
     ("--taus", "1,2", "--bandwidth", "20"),
     ("--taus", "1,2", "--bandwidth", "20", "--rate", "0"),
     ("--taus", "1,2", "--bandwidth", "20", "--rate", "x"),
+    *(
+        tuple(words.split())
+        for words in (
+            "--floor",
+            "--floor --lsb 1 --bandwidth none",
+            "--floor --rate 1000 --bandwidth none",
+            "--floor --rate 1000 --lsb 1",
+            "--floor --rate 1000 --lsb 1e13 --bandwidth none",
+            "--floor --rate 1000 --lsb 1 --bandwidth none --rail 0",
+            "--floor --rate 1000 --lsb 1 --bandwidth none --rail 2147483648",
+            "--floor --rate 1000 --lsb 1 --bandwidth none --rail -1",
+            "--floor --rate 1000 --lsb 1 --bandwidth none --taus 1,2",
+            "--floor --rate 1000 --lsb 1 --bandwidth none --long 1,2",
+            "--floor --rate 1000 --lsb 1 --bandwidth 20:3",
+            "--floor=1",
+            "--taus 1,2 --lsb 1",
+            "--taus 1,2 --rail 1",
+        )
+    ),
 ]
 
 
