@@ -1,7 +1,7 @@
 /* davar tests - what a setup of tools/davar-plan costs on this target: instructions (exact under
  * -icount) and bytes of stack. One line "name value" per figure; tools/support/setup_cost.py reads
  * them. SAMPLE: type of a sample. UNIT: size of a sample's noise over 120. WINDOW, STRIDE: of the
- * setup. Without MEASURED: the smallest program with the setup, to measure what it links, or with
+ * setup. FLOOR: samples between the floors of an axis. Without MEASURED: the smallest program with the setup, to measure what it links, or with
  * EMPTY without it. */
 #ifndef EMPTY
 #include "davar_setup.h"
@@ -11,6 +11,10 @@
 
 #include "measuring.h"
 
+#ifndef FLOOR
+#define FLOOR 0U
+#endif
+#define FILL ((2U * WINDOW) + (5U * FLOOR)) /* samples, after which every window is full */
 #define STACK_WORDS 832U
 #include "stack_paint.h"
 
@@ -55,8 +59,8 @@ static void measure_quiet(void)
     uint64_t pushes = 0U;
     uint64_t takes = 0U;
     uint32_t results = 0U;
-    const uint32_t count = STRIDE * ((2000U / STRIDE) + 8U);
-    for (uint32_t i = 0U; i < (2U * WINDOW); i++) {
+    const uint32_t count = STRIDE * (((2000U + (16U * FLOOR)) / STRIDE) + 8U);
+    for (uint32_t i = 0U; i < FILL; i++) {
         next_samples(1);
         (void)push();
         (void)spent_in(davar_setup_take);
@@ -88,10 +92,30 @@ static bool is_gap(uint32_t i, uint32_t phase)
     return (i < CHANGES) ? (phase == 0U) : regular;
 }
 
+/* Noise that falls with frequency, so that a floor sorts the most. Returns the worst push. */
+static uint32_t worst_of_floor(void)
+{
+    int32_t once = 0;
+    int32_t twice = 0;
+    int32_t thrice = 0;
+    uint32_t worst = 0U;
+    for (uint32_t i = 0U; i < (12U * FLOOR); i++) {
+        once += ((noise_of(12U) / 2) + 20) - (once / 16);
+        twice += (once - twice) / 16;
+        thrice += (twice - thrice) / 8;
+        for (unsigned a = 0U; a < DAVAR_SETUP_AXES; a++) {
+            samples[a] = (SAMPLE)thrice * (SAMPLE)UNIT;
+        }
+        worst = larger(worst, push());
+        (void)spent_in(davar_setup_take);
+    }
+    return worst;
+}
+
 /* Noise that is at times five times as large, with shocks and gaps. */
 static void measure_rough(void)
 {
-    uint32_t worst = 0U;
+    uint32_t worst = worst_of_floor();
     uint32_t worst_take = 0U;
     for (uint32_t i = 0U; i < (CHANGES + REGULAR); i++) {
         const uint32_t phase = (pushed + 10U + (10U * ((i / PERIOD) % 6U))) % PERIOD;
@@ -153,7 +177,7 @@ static void measure_stack(void)
 {
     uint32_t of_push = 0U;
     uint32_t of_take = 0U;
-    for (uint32_t i = 0U; i < ((4U * WINDOW) + (STRIDE * 4U)); i++) {
+    for (uint32_t i = 0U; i < ((4U * WINDOW) + (STRIDE * 4U) + (2U * FLOOR)); i++) {
         const uintptr_t from = stack_pointer();
         if (i < (2U * WINDOW)) {
             next_moving(i);
@@ -201,6 +225,7 @@ int main(void)
 static volatile struct {
     SAMPLE input;
     double output;
+    const void *floor;
 } port; /* of one size, whatever a setup adds */
 
 int main(void);
@@ -222,6 +247,9 @@ int main(void)
             const davar_result_t *result = davar_setup_take(a);
 #ifdef CURVE
             result = (result == (void *)0) ? davar_setup_curve(a) : result;
+#endif
+#ifdef FLOOR
+            port.floor = davar_setup_floor(a);
 #endif
             if (result != (void *)0) {
                 port.output = result->coefficient[DAVAR_ANGLE_RANDOM_WALK].value;

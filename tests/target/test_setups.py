@@ -27,6 +27,7 @@ SMALL = (
     "--rate 200 --type float --full-scale 500 --bandwidth none --respond 4 --longest-tau 3600 "
     "--ram 11k",
     "--rate 250 --lsb 0.01 --bandwidth 90 --respond 0.6 --arw-percent 16",
+    "--rate 416 --lsb 0.061 --bandwidth 150:1 --motion flight",
 )
 LARGE = (
     "--rate 1000 --axes 3 --lsb 0.061 --bandwidth 250:2 --respond 2 --longest-tau 1000 --ram 20k "
@@ -37,8 +38,14 @@ LARGE = (
     "--rate 800 --type int32 --lsb 0.002 --bandwidth 200 --false-alarms-per-hour 1 --axes 2 "
     "--longest-tau 400",
     "--rate 2000 --type float --full-scale 2000 --bandwidth 500 --axes 3 --respond 3 --ram 48k",
+    "--rate 8000 --axes 3 --lsb 0.061 --bandwidth 258:2:5 --motion flight --respond 0.7",
+    "--rate 1600 --type int32 --lsb 1e-3 --bandwidth 523:2 --axes 2 --motion flight --respond 2 "
+    "--longest-tau 100",
 )
-IN_CI = {"cortex-m0": (SMALL[0], SMALL[2], SMALL[4]), "cortex-m4f": (SMALL[0], *LARGE[2:5])}
+IN_CI = {
+    "cortex-m0": (SMALL[0], SMALL[2], SMALL[4], SMALL[6]),
+    "cortex-m4f": (SMALL[0], *LARGE[2:5], LARGE[6]),
+}
 
 
 def runs():

@@ -104,6 +104,9 @@ IMPOSSIBLE = (
     f"{SLOW_CORE} --clock 1.5",
     f"{SLOW_CORE} --clock 6",
     "--rate 1000 --lsb 0.06 --bandwidth 250 --respond 120 --ram 2k --core cortex-m4f",
+    "--rate 8000 --lsb 0.061 --bandwidth 258:2 --motion flight --core cortex-m4f",
+    "--rate 1000 --axes 3 --lsb 0.061 --bandwidth 250:2:5 --motion flight --flash 15k "
+    "--core cortex-m4f",
     pytest.param(SLOW_ALARM, marks=pytest.mark.slow),
 )
 
@@ -199,6 +202,8 @@ BAD_VALUES = {
     "--unknown": "1",
     "--name": "a",
     "--taus": "1,2",
+    "--rail": "9",
+    "--motion": "fast flight",
     "--full-scale": "500",
 }
 BAD += [
@@ -239,7 +244,7 @@ def test_the_report_of_the_readme_is_what_the_command_prints():
     done = subprocess.run([program, *words], text=True, capture_output=True, check=True)
     assert done.stdout.splitlines()[:-1] == shown[:-1]
     assert shown[-1][:9] == "  wrote  "
-    for bad, status in ((["--taus", "0"], 2), ([*words, "--ram", "1k"], 1)):
+    for bad, status in ((["--taus", "0"], 2), (["--floor"], 2), ([*words, "--ram", "1k"], 1)):
         done = subprocess.run([program, *bad], text=True, capture_output=True, check=False)
         assert (done.returncode, done.stdout) == (status, "")
 

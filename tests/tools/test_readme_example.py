@@ -117,7 +117,7 @@ def test_the_example_of_the_planner_s_page_reports_that_the_noise_has_doubled(tm
     )
     noise = np.random.default_rng(2).standard_normal(9000) * np.where(np.arange(9000) < 6000, 5, 10)
     (tmp_path / "program.c").write_text(BESIDE_PLANNER.format(counts=listed(noise)))
-    (tmp_path / "example.c").write_text(*blocks(PLANNER))
+    (tmp_path / "example.c").write_text(blocks(PLANNER)[0])
     sources = ["example.c", "program.c", "davar_setup.c", *c_library.SOURCES]
     options = ("-O1", *STRICT, "@davar_setup.args")
     assert gcc(tmp_path, *options, *sources, "-lm", "-o", "program") == ""
@@ -125,6 +125,46 @@ def test_the_example_of_the_planner_s_page_reports_that_the_noise_has_doubled(tm
     at, older, newer = map(float, line.split())
     assert 6000 < at < 6200
     assert (older, newer) == (pytest.approx(0.25, rel=0.1), pytest.approx(0.5, rel=0.3))
+
+
+BESIDE_FLIGHT = """#include "davar_setup.h"
+#include <stdio.h>
+static const int16_t counts[] = {counts};
+void check_noise(void);
+void report(uint8_t axis, float high);
+void report(uint8_t axis, float high)
+{{
+    printf("%d %g\\n", axis, (double)high);
+}}
+int main(void)
+{{
+    if (davar_setup_start() != DAVAR_OK) {{
+        return 1;
+    }}
+    for (int i = 0; i < (int)(sizeof counts / sizeof counts[0]); i++) {{
+        davar_setup_push(&counts[i], 1);
+        check_noise();
+    }}
+    return 0;
+}}
+"""
+
+
+def test_the_example_for_flight_reports_limits_above_the_noise(tmp_path):
+    words = "--rate 1000 --lsb 0.05 --bandwidth none --core cortex-m4f --motion flight"
+    write(words, tmp_path)
+    noise = np.random.default_rng(3).normal(0, 5, 10000)
+    (tmp_path / "program.c").write_text(BESIDE_FLIGHT.format(counts=listed(noise)))
+    (tmp_path / "example.c").write_text(blocks(PLANNER)[1])
+    sources = ["example.c", "program.c", "davar_setup.c", *c_library.SOURCES]
+    options = ("-O1", *STRICT, "@davar_setup.args")
+    assert gcc(tmp_path, *options, *sources, "-lm", "-o", "program") == ""
+    lines = [line.split() for line in printed_by([tmp_path / "program"]).splitlines()]
+    truth = 60 * 5 * 0.05 / 1000**0.5
+    assert {axis for axis, _ in lines} == {"0"}
+    assert len(lines) == (10000 - 32) // 256 - 3
+    assert np.median([float(high) for _, high in lines]) == pytest.approx(1.1 * truth, rel=0.1)
+    assert np.mean([float(high) > truth for _, high in lines]) > 0.9
 
 
 BESIDE_FIRMWARE = """

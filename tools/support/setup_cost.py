@@ -1,7 +1,8 @@
 """Measures what setups of tools/davar-plan cost on the emulated bare boards: compiles them with the
 library, links them, runs them. Fits the table from which the planner computes costs.
 
-    python3 tools/support/setup_cost.py    renews tools/plan/planner/costs.json
+    python3 tools/support/setup_cost.py            renews tools/plan/planner/costs.json
+    python3 tools/support/setup_cost.py ROW ...    renews these rows: sizes, flat, floor
 
 Called by tools/davar-bench --setups. Standard library only.
 """
@@ -188,6 +189,7 @@ def measure(target: str, design: Design, folder: Path) -> Figures:
         f"-DWINDOW={design.window}U",
         f"-DSTRIDE={design.stride}U",
         *(["-DCURVE"] if design.cascade_taus else []),
+        *([f"-DFLOOR={design.floor.summed * design.floor.block}U"] if design.floor else []),
     ]
     flash, ram = linked(target, folder, measured, where)
     main, image = folder / "measured.o", folder / "measured.elf"
@@ -362,6 +364,38 @@ def flat_row(core: str) -> dict[str, Any]:
     return row
 
 
+# (axes, sample rate)
+FLOORS = ((1, 1000.0), (1, 400.0), (2, 1000.0), (1, 8000.0), (2, 2000.0), (2, 8000.0))
+
+
+def of_samples(design: Design, rate: float, motion: str) -> Design:
+    """The design without a filter, which leaves all frequencies to a floor."""
+    wishes = replace(design.wishes, rate_hz=rate, bandwidth="none", motion=motion)
+    return replace(design, wishes=wishes)
+
+
+def floor_row(core: str) -> dict[str, Any]:
+    """What the floors add."""
+    all_terms = with_cascade(core, "int16", "slide", "terms", CASCADE[2])
+    usual = [
+        (design_of(core, "int16", "fixed", "slide", (axes, 5, 40, 320)), rate)
+        for axes, rate in FLOORS
+    ]
+    designs, flying = (
+        [of_samples(design, rate, motion) for design, rate in [*usual, (all_terms, 1000.0)]]
+        for motion in ("none", "flight")
+    )
+    still, found = [measured(d) for d in designs], [measured(d) for d in flying]
+    row: dict[str, Any] = {}
+    for figure, features in costs.FLOOR_FEATURES.items():
+        values = [f[figure] for f in found]
+        if figure != "push_stack_bytes":
+            values = [value - s[figure] for value, s in zip(values, still)]
+        bounds = figure == "worst_push_instructions"
+        row[figure] = (bound if bounds else solve)([features(d) for d in flying], values)
+    return row
+
+
 def with_cascade(core: str, type: str, engine: str, fit: str, point: Sequence[int]) -> Design:
     axes, count, stride, slow = point
     return replace(
@@ -389,7 +423,12 @@ def worst_on_a_grid(core: str, type: str, table: Any, sizes: Any) -> float:
 SIZES = """
 #include "davar/cascade.h"
 #include "davar/davar.h"
+#include "davar/average.h"
 #include "davar/fit.h"
+#include "davar/floor.h"
+char size_average[sizeof(davar_average_t)];
+char size_floor[sizeof(davar_floor_t)];
+char size_floor_result[sizeof(davar_floor_result_t)];
 char size_instance[sizeof(davar_t)];
 char size_cascade[sizeof(davar_cascade_t)];
 char size_result[sizeof(davar_result_t)];
@@ -416,6 +455,9 @@ def sizes_of(core: str) -> dict[str, Any]:
         "pointer": found[1]["pointer"],
         "instance": found[1]["instance"],
         "cascade": found[1]["cascade"],
+        "average": found[1]["average"],
+        "floor": found[1]["floor"],
+        "floor_result": found[1]["floor_result"],
         "result": [found[1]["result"] - of_tau, of_tau],
         "plan": [found[most]["plan"] for most in found],
     }
@@ -424,7 +466,8 @@ def sizes_of(core: str) -> dict[str, Any]:
 def core_table(core: str) -> dict[str, Any]:
     """The costs on one core."""
     sizes = sizes_of(core)
-    table: dict[str, Any] = {"sizes": sizes, "flat": flat_row(core), "window": {}, "cascade": {}}
+    table: dict[str, Any] = {"sizes": sizes, "flat": flat_row(core), "floor": floor_row(core)}
+    table |= {"window": {}, "cascade": {}}
     for type in TYPES:
         for law, engine, points in (
             ("fixed", "slide", FIXED),
@@ -449,18 +492,35 @@ def core_table(core: str) -> dict[str, Any]:
 def is_bound(design: Design, figure: str) -> bool:
     """Is the planned figure one that few runs reach? Law glr reaches its worst after a rare
     sequence of blocks; on a grid, the most expensive push of a cascade meets that of the window
-    only with some strides.
+    only with some strides. A floor takes longest in noise that falls with frequency.
     """
+    if design.floor and figure == "worst_push_instructions":
+        return True
     if design.law == "glr":
         return figure in ("push_stack_bytes", "worst_push_instructions")
     meets = design.engine == "grid" and design.cascade_taus
     return bool(meets) and figure == "worst_push_instructions"
 
 
+ROWS = {"sizes": sizes_of, "flat": flat_row, "floor": floor_row}
+
+
+def renewed(core: str, rows: Sequence[str]) -> dict[str, Any]:
+    """The table of a core with these rows measured again; none: all."""
+    if not rows:
+        return core_table(core)
+    new = {row: ROWS[row](core) for row in rows}
+    old = costs.table()[core]
+    window, cascade = old.pop("window"), old.pop("cascade")
+    return {**old, **new, "window": window, "cascade": cascade}
+
+
 def main() -> int:
+    rows = sys.argv[1:]
     try:
         with ThreadPoolExecutor(os.cpu_count()) as pool:
-            tables = dict(zip(targets.BARE, pool.map(core_table, targets.BARE)))
+            made = pool.map(lambda core: renewed(core, rows), targets.BARE)
+            tables = dict(zip(targets.BARE, made))
     except targets.TargetError as why:
         print(f"davar-bench: {why}", file=sys.stderr)
         return 2

@@ -17,11 +17,13 @@ usage: tools/davar-plan --rate HZ --lsb X --core CORE [options]
        tools/davar-plan --sensor NAME@RATE --core CORE [options]
        tools/davar-plan --taus M,M,... [--long M,M,...] [--bandwidth FILTER --rate HZ]
                         [--name NAME] > plan.c
+       tools/davar-plan --floor --rate HZ --lsb X --bandwidth FILTER [--rail N]
+                        [--name NAME] > floor_plan.c
 
 The first two forms plan a setup of davar for your gyro, your chip and your wishes. They print its
 promises and its costs. With -o FOLDER they write it as C: davar_setup.h and davar_setup.c with the
 functions start, push and take, and the options of the build. The third form writes the plan of a
-fit alone: see --taus --help.
+fit alone, and the fourth that of a floor: see --taus --help.
 
 What you have
   --sensor NAME@RATE   a gyro of docs/FIRMWARE.md: its counts, low-pass and typical noise at that
@@ -37,8 +39,9 @@ What you have
                        a data sheet is one-sided: N = 60 D / sqrt(2) = 42.4 D
   --lost PERCENT       of the samples, each reported as a gap: memory for the gaps of a window (1)
   --motion MOTION      slow: ARW also while the gyro turns slowly, on wheels or by hand; none: only
-                       at rest, which needs less flash (slow if --flash and --ram allow it
-                       without fewer terms)
+                       at rest, which needs less flash; flight: as none, and a floor per axis,
+                       which bounds the noise between rotor lines and motion (slow if --flash and
+                       --ram allow it without fewer terms)
   --core CORE          {cores}
   --flash BYTES        that davar may use; 24k is 24576
   --ram BYTES          the same, without the stack

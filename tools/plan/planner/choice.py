@@ -1,11 +1,12 @@
 """The choice: the first candidate that meets every wish, or which wish to relax."""
 
 import math
+import re
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
-from . import costs, design, promises
+from . import costs, design, floors, promises
 from .costs import Cost
 from .design import Design
 from .promises import Promise
@@ -248,6 +249,8 @@ def _described(wishes: Wishes) -> list[str]:
         words.append("alarms")
     if wishes.longest_tau_s is not None:
         words.append(f"averaging times to at least {number(wishes.longest_tau_s)} s")
+    if wishes.motion == "flight":
+        words.append("a floor per axis")
     return words
 
 
@@ -318,7 +321,7 @@ def _relaxed_wishes(wishes: Wishes) -> Iterator[Relaxed]:
             if plan.design.cascade_taus:
                 yield Relaxed("--longest-tau", number(other.longest_tau_s or 0))
             break
-    if wishes.motion == "slow" and find(replace(wishes, motion="none")):
+    if wishes.motion in ("slow", "flight") and find(replace(wishes, motion="none")):
         yield Relaxed("--motion", "none")
     for axes in range(wishes.axes - 1, 0, -1):
         if find(replace(wishes, axes=axes)):
@@ -441,6 +444,43 @@ def _hidden(wishes: Wishes) -> Impossible:
     )
 
 
+def _more_certain(wishes: Wishes) -> str | None:
+    """The low-pass as a floor needs it, with the largest uncertainty in percent; None: no such."""
+    form = r"([^:+]+)(?::([12])(?::([^:+]+))?)?(\+.*)?"
+    found = re.fullmatch(form, wishes.bandwidth or "")
+    if not found or found[1] == "none":
+        return None
+    hz, order, percent, after = found[1], found[2] or "2", found[3] or "10", found[4] or ""
+    for less in range(math.ceil(float(percent)) - 1, 0, -1):
+        bandwidth = f"{hz}:{order}:{less}{after}"
+        plan = floors.plan(replace(wishes, bandwidth=bandwidth))
+        if plan and plan.usable >= floors.NEEDED:
+            return bandwidth
+    return None
+
+
+def _narrow(wishes: Wishes, usable: int) -> Impossible:
+    """For a floor without a value behind the filter. usable: frequencies."""
+    certain = _more_certain(wishes)
+    still = find(replace(wishes, motion="none"))
+    return Impossible(
+        [
+            f"--motion flight: --bandwidth {wishes.bandwidth} leaves {usable} usable frequencies, "
+            f"and the floor needs {floors.NEEDED} for a value: it would "
+            + ("only have an upper limit" if usable >= floors.LIMITED else "have no limit either")
+        ],
+        [Relaxed("--motion", "none")] if still else [],
+        hints=[
+            *(
+                [f"if you know the cutoff that well, state --bandwidth {certain}"]
+                if certain
+                else []
+            ),
+            "give samples before this filter, or set the gyro to a wider low-pass",
+        ],
+    )
+
+
 def _hints(wishes: Wishes, missed: Iterable[str], relaxed: Iterable[Relaxed]) -> Iterator[str]:
     """What else would help."""
     if wishes.bandwidth is None and "--arw-percent" in missed:
@@ -455,6 +495,9 @@ def _hints(wishes: Wishes, missed: Iterable[str], relaxed: Iterable[Relaxed]) ->
 
 def plan(wishes: Wishes) -> Plan:
     """The plan for the wishes. Raises Impossible, or BadOption for a filter."""
+    floor = floors.plan(wishes)
+    if floor and floor.usable < floors.NEEDED:
+        raise _narrow(wishes, floor.usable)
     found = find(wishes)
     if found:
         return found

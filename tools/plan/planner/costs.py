@@ -12,6 +12,7 @@ from .design import BLOCK, NUMBER, Design
 
 Features = Callable[[Design], list[float]]
 
+COUNTER = 4  # bytes
 TABLE_PATH = Path(__file__).parent / "costs.json"
 
 
@@ -60,6 +61,9 @@ def ram_bytes(design: Design, sizes: dict[str, Any], other: int) -> int:
     instance = programs.memory(pointer, *design.memory) + design.gap_bytes
     total: int = axes * (round8(instance) + sizes["instance"])
     total += round8(base + of_tau * design.taus_max) + plan_bytes(design, sizes) + other
+    if design.floor:
+        sums = sizes["average"] if design.floor.summed > 1 else 0
+        total += axes * round8(sums + sizes["floor"] + 2 * sizes["floor_result"] + 2 * COUNTER)
     if design.cascade_taus:
         name = f"CASCADE_{NUMBER[design.wishes.type]}"
         total += axes * (programs.memory(pointer, name, (design.cascade_taus,)) + sizes["cascade"])
@@ -144,7 +148,35 @@ FLAT_FEATURES: dict[str, Features] = {
     "take_stack_bytes": lambda design: [1.0, float(design.taus_max)],
     "worst_take_instructions": lambda design: [1.0, float(len(design.taus)) ** 2],
 }
-ABSOLUTE = ("take_stack_bytes", "curve_instructions")
+
+
+def _sums(design: Design) -> float:
+    return float(bool(design.floor and design.floor.summed > 1))
+
+
+def _floor_push(design: Design) -> list[float]:
+    """Of the samples of a floor, its results, and the sums."""
+    axes, floor = design.wishes.axes, design.floor
+    assert floor
+    each = axes / floor.summed
+    return [each, each / floor.block, axes * _sums(design)]
+
+
+# What the floors add to a setup for flight; the stack is absolute.
+FLOOR_FEATURES: dict[str, Features] = {
+    "flash_bytes": lambda design: [1.0, _sums(design), float(design.fit == "terms")],
+    "mean_push_instructions": _floor_push,
+    "worst_push_instructions": lambda design: [
+        float(design.wishes.axes),
+        design.wishes.axes * _sums(design),
+    ],
+    "push_stack_bytes": lambda design: [
+        1.0,
+        _several(design),
+        float(design.cascade_taus > 0),
+    ],
+}
+ABSOLUTE = ("take_stack_bytes", "curve_instructions")  # of cascade and flat part
 
 
 def known(figure: str, design: Design, sizes: dict[str, Any]) -> int:
@@ -184,5 +216,10 @@ def cost(design: Design, of_core: dict[str, Any]) -> Cost:
             found[figure] = (
                 max(found[figure], added) if figure in ABSOLUTE else found[figure] + added
             )
+    if design.floor:
+        for figure, features in FLOOR_FEATURES.items():
+            added = _sum(features(design), of_core["floor"][figure])
+            absolute = figure == "push_stack_bytes"
+            found[figure] = max(found[figure], added) if absolute else found[figure] + added
     rounded = {figure: round(value) for figure, value in found.items()}
     return Cost(ram_bytes=ram_bytes(design, sizes, other), curve_instructions=curve, **rounded)

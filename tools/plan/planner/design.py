@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from . import programs
+from .floors import Floor, floor
 from .wishes import Wishes
 
 RESPOND_S = 5.0  # usual wishes
@@ -89,6 +90,11 @@ class Design:
         number = NUMBER[self.wishes.type]
         by = "GLR_" if self.law == "glr" else "GRID_" if self.engine == "grid" else ""
         return by + number, (self.window, self.stride, self.taus[-1], len(self.taus))
+
+    @property
+    def floor(self) -> Floor | None:
+        """Of each axis; None: the setup is not for flight."""
+        return floor(self.wishes)
 
     @property
     def kind(self) -> str:

@@ -2,8 +2,10 @@
 
 from dataclasses import dataclass
 
+from . import floors
 from .design import CASCADE_CLUSTERS, NUMBER, Design
 
+SAMPLE = {"int16": "int16_t", "int32": "int32_t", "float": "float"}
 SUFFIX = {type: name.lower() for type, name in NUMBER.items()}
 
 
@@ -12,7 +14,8 @@ class Part:
     """Lines of C. In calls, `a` is the axis; {axis}, {samples} and {count} are those of a push."""
 
     comment: str  # and the declaration of its function, in davar_setup.h
-    includes: tuple[str, ...]  # headers of davar for davar_setup.c
+    types: tuple[str, ...]  # headers of davar for davar_setup.h,
+    includes: tuple[str, ...]  # for davar_setup.c,
     standard: tuple[str, ...]  # and those of the C library
     declarations: str
     start: str
@@ -132,6 +135,7 @@ def _cascade(design: Design) -> Part:
     suffix = SUFFIX[design.wishes.type]
     return Part(
         comment=CURVE_COMMENT[design.fit],
+        types=(),
         includes=("cascade",),
         standard=("math", "string"),
         declarations=CASCADE.format(
@@ -150,6 +154,99 @@ def _cascade(design: Design) -> Part:
     )
 
 
+# --- the floor in flight ---
+
+FLOOR_COMMENT = """
+/* Returns the newest floor of an axis since the last call, or null if there is no new one. It is
+ * the noise between rotor lines and motion, in flight. It is not called angle random walk, because
+ * broad vibration of the airframe is in it:
+ *   high: the noise of the sensor is below it, 97.5 %, in deg/sqrt(h)
+ *   value, low: the floor and its lower limit; NaN and 0 without a value
+ *   why: why there is no value (davar_floor_why_text)
+ * A result is due every {block} {samples}, from a window of four times as many and 32. Push
+ * computes it.
+ * Call it in the main loop. If a push interrupts it, it reads again until the result is consistent.
+ * The result is valid until the next call for the same axis. */
+const davar_floor_result_t *davar_setup_floor(uint8_t axis);
+"""
+FLOOR = """static const davar_floor_plan_t floor_plan = {plan};
+static struct {{
+{sum}    davar_floor_t window;
+    davar_floor_result_t newest; /* of push */
+    davar_floor_result_t taken;  /* of davar_setup_floor */
+    volatile uint32_t sequence;  /* odd while push writes `newest` */
+    uint32_t seen;               /* sequence of `taken` */
+}} floors[DAVAR_SETUP_AXES];
+
+static void start_floor(size_t axis)
+{{
+{start}    davar_floor_start(&floors[axis].window);
+    floors[axis].seen = floors[axis].sequence;
+}}
+
+static void push_floor(size_t axis, const {sample} *samples, size_t count)
+{{
+    for (size_t i = 0; i < count; i++) {{
+{push}            floors[axis].sequence = floors[axis].sequence + 1U;
+            atomic_thread_fence(memory_order_release);
+            davar_floor_take(&floors[axis].window, &floor_plan, &floors[axis].newest);
+            atomic_thread_fence(memory_order_release);
+            floors[axis].sequence = floors[axis].sequence + 1U;
+        }}
+    }}
+}}
+"""
+FLOOR_PUSH = """        if (davar_floor_push(&floors[axis].window, &floor_plan, samples[i])) {
+"""
+FLOOR_PUSH_SUM = """        int32_t sum;
+        if (davar_average_push(&floors[axis].sum, samples[i], &sum) &&
+            davar_floor_push(&floors[axis].window, &floor_plan, sum)) {
+"""
+FLOOR_FUNCTION = """
+const davar_floor_result_t *davar_setup_floor(uint8_t axis)
+{
+    if ((axis >= DAVAR_SETUP_AXES) || (floors[axis].sequence == floors[axis].seen)) {
+        return NULL;
+    }
+    do {
+        floors[axis].seen = floors[axis].sequence;
+        atomic_thread_fence(memory_order_acquire);
+        floors[axis].taken = floors[axis].newest;
+        atomic_thread_fence(memory_order_acquire);
+    } while (((floors[axis].seen % 2U) != 0U) || (floors[axis].seen != floors[axis].sequence));
+    return &floors[axis].taken;
+}
+"""
+
+
+def _floor(design: Design, floor: floors.Floor) -> Part:
+    plan, sums = floors.plan(design.wishes), floor.summed > 1
+    init = f"    davar_average_init(&floors[axis].sum, {floor.summed});\n"
+    gap = "        (void)davar_average_gap(&floors[a].sum, missing);\n"
+    return Part(
+        comment=FLOOR_COMMENT.format(
+            block=floor.block,
+            samples=f"sums of {floor.summed} samples" if sums else "samples",
+        ),
+        types=("floor",),
+        includes=("average",) * sums,
+        standard=("stdatomic",),
+        declarations=FLOOR.format(
+            plan=plan.text if plan else "",
+            sum="    davar_average_t sum;\n" * sums,
+            start=init * sums,
+            sample=SAMPLE[design.wishes.type],
+            push=FLOOR_PUSH_SUM if sums else FLOOR_PUSH,
+        ),
+        start="        start_floor(a);\n",
+        push="push_floor({axis}, {samples}, {count});\n",
+        gap="        davar_floor_gap(&floors[a].window);\n" + gap * sums,
+        restart="        start_floor(a);\n",
+        function=FLOOR_FUNCTION,
+    )
+
+
 def parts(design: Design) -> list[Part]:
     """The optional parts that a design has."""
-    return [_cascade(design)] if design.cascade_taus else []
+    cascade = [_cascade(design)] if design.cascade_taus else []
+    return cascade + ([_floor(design, design.floor)] if design.floor else [])

@@ -18,7 +18,13 @@ FIT = {
     "curve": "ARW, and the Allan curve with intervals",
     "terms": "ARW; on request all five terms from the whole curve",
 }
-MOTION = {None: "", NO_ROOM: "", "none": "", "slow": "; in slow motion ARW from the flat part"}
+MOTION = {
+    None: "",
+    NO_ROOM: "",
+    "none": "",
+    "slow": "; in slow motion ARW from the flat part",
+    "flight": "; in flight the floor",
+}
 
 
 def duration(value: float) -> str:
@@ -73,6 +79,11 @@ def gives(plan: Plan) -> list[str]:
         lines.append(
             f"{what} from that curve, if above {number(promise.bias_instability_deg_per_h)} deg/h"
         )
+    if design.floor:
+        lines.append(
+            f"in flight, the floor every {duration(design.floor.every_s)} from a window of "
+            f"{duration(design.floor.window_s)}: the noise of the sensor is below its upper limit"
+        )
     return lines
 
 
@@ -123,13 +134,15 @@ def how(plan: Plan) -> list[str]:
     design = plan.design
     law = "a fixed window" if design.law == "fixed" else "law glr, windows up to"
     engine = ", engine grid" if (design.law, design.engine) == ("fixed", "grid") else ""
+    summed = design.floor.summed if design.floor else 1
+    sums = f" of sums of {summed} samples" if summed > 1 else ""
     slow = f" and {design.cascade_taus} of a cascade" if design.cascade_taus else ""
     return [
         f"{law} of {design.window} samples, stride {design.stride}{engine}"
         if design.law == "fixed"
         else f"{law} {design.window} samples, stride {design.stride}",
         f"{len(design.taus)} cluster sizes{slow}; "
-        f"fit: {FIT[design.fit]}{MOTION[design.wishes.motion]}",
+        f"fit: {FIT[design.fit]}{MOTION[design.wishes.motion]}{sums}",
     ]
 
 
@@ -298,6 +311,8 @@ def as_json(plan: Plan) -> dict[str, Any]:
         "curve_settled_s": promise.curve_settled_s,
         "curve_percent": promise.curve_percent,
         "bias_instability_deg_per_h": promise.bias_instability_deg_per_h,
+        "floor_window_s": design.floor.window_s if design.floor else None,
+        "floor_stride_s": design.floor.every_s if design.floor else None,
         "law": design.law,
         "engine": design.engine,
         "fit": design.fit,

@@ -4,9 +4,8 @@ from collections.abc import Sequence
 
 from . import programs
 from .design import BLOCK, Design
-from .parts import SUFFIX, Part, flat, parts, scale
+from .parts import SAMPLE, SUFFIX, Part, flat, parts, scale
 
-SAMPLE = {"int16": "int16_t", "int32": "int32_t", "float": "float"}
 TOGETHER = 16  # samples of an axis that a push hands on at once
 
 
@@ -122,7 +121,7 @@ const davar_config_t *davar_setup_config(void);
 
 def header(design: Design, title: str, about: Sequence[str], alone: bool) -> str:
     """davar_setup.h. about: lines for the comment at the top; alone: see files()."""
-    axes = design.wishes.axes
+    axes, chosen = design.wishes.axes, parts(design)
     unit = "deg/s" if design.wishes.type == "float" else "counts"
     each = (
         f"the gyro, in {unit}."
@@ -133,6 +132,7 @@ def header(design: Design, title: str, about: Sequence[str], alone: bool) -> str
     checks = [f"({name} != {value})" for name, value in (d.split("=") for d in defines(design))]
     lines = [" || ".join(checks[i : i + 3]) for i in range(0, len(checks), 3)]
     glr = ("glr",) if design.law == "glr" else ()
+    types = [name for part in chosen for name in part.types]
     more = ""
     if glr:
         more += (
@@ -144,7 +144,7 @@ def header(design: Design, title: str, about: Sequence[str], alone: bool) -> str
         about="\n".join(f" * {line}".rstrip() for line in about),
         davar='#include "davar.h"'
         if alone
-        else "\n".join(f'#include "davar/{name}.h"' for name in ("davar", "fit", *glr)),
+        else "\n".join(f'#include "davar/{name}.h"' for name in ("davar", "fit", *glr, *types)),
         conditions=" || \\\n    ".join(lines),
         wrong="this is another davar.h, or -DDAVAR_ options contradict it"
         if alone
@@ -157,7 +157,7 @@ def header(design: Design, title: str, about: Sequence[str], alone: bool) -> str
         last=axes - 1,
         more=more,
         also=" of take or curve" if design.cascade_taus else "",
-        functions="".join(part.comment for part in parts(design)),
+        functions="".join(part.comment for part in chosen),
     )
 
 

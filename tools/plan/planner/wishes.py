@@ -10,10 +10,13 @@ from typing import Any
 from . import sensors
 
 TYPES = ("int16", "int32", "float")
-MOTIONS = ("none", "slow")
+MOTIONS = ("none", "slow", "flight")
 AXES_MOST = 16
 FLAGS = ("--json", "--self-contained", "--simulate")
-OF_A_FIT = ("--taus", "--long", "--name")  # options of the program in C
+OF_THE_PROGRAM = {  # options of the program in C
+    **dict.fromkeys(("--taus", "--long", "--name"), "the plan of a fit, where --taus"),
+    **dict.fromkeys(("--floor", "--rail"), "the plan of a floor, where --floor"),
+}
 
 
 class BadOption(Exception):
@@ -153,8 +156,8 @@ def _values(words: Sequence[str], options: Sequence[str]) -> dict[str, str]:
     rest = list(words)
     while rest:
         option, *inside = rest.pop(0).split("=", 1)
-        if option in OF_A_FIT:
-            raise BadOption(f"{option}: only for the plan of a fit, where --taus is the first word")
+        if option in OF_THE_PROGRAM:
+            raise BadOption(f"{option}: only for {OF_THE_PROGRAM[option]} is the first word")
         if option not in options or (option in FLAGS and inside):
             near = difflib.get_close_matches(option, options, 1)
             hint = f"; do you mean {near[0]}?" if near else ""
@@ -193,6 +196,13 @@ def checked(wishes: Wishes) -> Wishes:
         raise BadOption("--lsb: not with --type float, whose samples are in deg/s")
     if wishes.longest_tau_s is not None and wishes.longest_tau_s * wishes.rate_hz < 1:
         raise BadOption("--longest-tau: shorter than one sample; expected seconds")
+    if wishes.motion == "flight" and wishes.type == "float":
+        raise BadOption("--motion: flight needs counts: state --type int16 or int32, and --lsb")
+    if wishes.motion == "flight" and wishes.bandwidth is None:
+        raise BadOption(
+            "--motion: flight needs the filter, and reads too low where it is unknown; give "
+            "--bandwidth FILTER, or none for raw samples"
+        )
     return wishes
 
 
