@@ -150,14 +150,17 @@ def in_flight(words):
         ("--sensor bmi160@3200", 0.24, 0.99),
     ),
 )
-def test_the_report_states_the_floor(words, every, window):
-    found = planned(in_flight(words))
+def test_the_report_states_the_floor_and_a_simulation_counts_it(words, every, window):
+    found = planned(f"{in_flight(words)} --simulate")
     assert found["motion"] == "flight"
     assert found["floor_stride_s"] == pytest.approx(every)
     assert found["floor_window_s"] == pytest.approx(window)
+    assert found["simulated"]["floor_present"] > 0.99
+    assert found["simulated"]["floor_holds"] > 0.93
     text = command(in_flight(words)).out
     assert f"in flight, the floor every {every:g} s from a window of {window:.3g} s" in text
-    assert planned(words + " --motion none --core cortex-m4f")["floor_window_s"] is None
+    still = planned(words + " --motion none --core cortex-m4f --simulate")
+    assert still["floor_window_s"] is still["simulated"]["floor_present"] is None
 
 
 PLAIN = "--rate 8000 --lsb 0.05"

@@ -6,7 +6,7 @@
  * FILTER: as davar-plan --bandwidth; "-": none. NOISE: angle random walk of the samples, deg/sqrt(h).
  * UNIT: deg/s of a count; 1 for floats. WINDOWS: of all axes together. CHANGES: doublings of the
  * noise. Prints lines "name value": shares of the results with an angle random walk, and of these
- * whose interval contains NOISE, at rest and in motion; half the median interval in percent for each; samples
+ * whose interval contains NOISE, at rest and in motion, and the same of floors (FLOOR); half the median interval in percent for each; samples
  * from a change until its alarm (law glr) or until a result of the new noise alone, which nine in
  * ten do not exceed. SAMPLE: type of a sample. */
 #include "davar_setup.h"
@@ -61,6 +61,31 @@ static void print_share(const char *name, double hits, double all)
     (void)printf("%s %.4f\n", name, (all > 0.0) ? (hits / all) : (double)NAN);
 }
 
+static struct {
+    double results; /* of full windows */
+    double present;
+    double holds;
+} floors;
+
+/* Counts the floor of an axis, if there is a new one. */
+static void count_floor(uint8_t axis, double truth)
+{
+#ifdef FLOOR
+    const davar_floor_result_t *const floor = davar_setup_floor(axis);
+    if ((floor != NULL) && (floor->why != DAVAR_FLOOR_FILLING)) {
+        const bool is_present = (floor->why == DAVAR_FLOOR_VALUE);
+        const bool holds =
+            is_present && ((double)floor->low <= truth) && (truth <= (double)floor->high);
+        floors.results += 1.0;
+        floors.present += is_present ? 1.0 : 0.0;
+        floors.holds += holds ? 1.0 : 0.0;
+    }
+#else
+    (void)axis;
+    (void)truth;
+#endif
+}
+
 /* Results of full windows. */
 static void run(const char *name, uint64_t windows, double truth)
 {
@@ -78,6 +103,7 @@ static void run(const char *name, uint64_t windows, double truth)
         push(1.0);
         for (uint8_t x = 0U; x < DAVAR_SETUP_AXES; x++) {
             const davar_result_t *const result = davar_setup_take(x);
+            count_floor(x, truth);
             if ((result == NULL) || (i < config->window.longest)) {
                 continue;
             }
@@ -162,6 +188,8 @@ int main(int argc, char **argv)
         return 1;
     }
     run("", strtoull(argv[4], NULL, 10), noise);
+    print_share("floor_present", floors.present, floors.results);
+    print_share("floor_holds", floors.holds, floors.present);
     for (size_t i = 0U; i < changes; i++) {
         late[i] = delay();
     }

@@ -325,11 +325,13 @@ def percent(share: float) -> str:
     return f"{100 * share:.1f} %"
 
 
-def came_out(present: float, holds: float | None, arw_percent: float | None) -> str:
+def came_out(
+    present: float, holds: float | None, arw_percent: float | None, what: str = "ARW"
+) -> str:
     """How often there was a value, how wide its interval was, and how often that contained ARW."""
     wide = f", +-{number(arw_percent)} %" if arw_percent is not None else ""
     kept = f"; {percent(holds)} of the intervals contain it" if holds is not None else ""
-    return f"ARW in {percent(present)} of results{wide}{kept}"
+    return f"{what} in {percent(present)} of results{wide}{kept}"
 
 
 def simulated(found: Simulated | None, law: str) -> list[str]:
@@ -347,6 +349,8 @@ def simulated(found: Simulated | None, law: str) -> list[str]:
             f"in motion of {MOVING}: "
             + came_out(found.moving_present, found.moving_holds, found.moving_arw_percent)
         )
+    if found.floor_present is not None:
+        lines.append(came_out(found.floor_present, found.floor_holds, None, "the floor"))
     return [f"  {'ran' if i == 0 else '':6} {line}" for i, line in enumerate(lines)]
 
 

@@ -17,7 +17,14 @@ ROOT = Path(__file__).resolve().parents[3]
 RUNNER = ROOT / "tools/plan/simulated.c"
 CACHE = ROOT / "build/simulated"
 FLAGS = ("-std=c11", "-O2", "-DNDEBUG", "-ffp-contract=off")
-PLACES = ("lib/include", "lib/src", "addons/cascade/include", "host_sim", "tools/plan")
+PARTS = ("cascade", "floor", "average")  # of addons, in a setup
+PLACES = (
+    "lib/include",
+    "lib/src",
+    *(f"addons/{part}/include" for part in PARTS),
+    "host_sim",
+    "tools/plan",
+)
 SAMPLE = {"int16": "int16_t", "int32": "int32_t", "float": "float"}
 WINDOWS = 500
 CHANGES = {"glr": 300, "fixed": 40}  # of the noise; a fixed window follows all in the same way
@@ -38,6 +45,8 @@ class Simulated:
     moving_present: float | None
     moving_holds: float | None
     moving_arw_percent: float | None
+    floor_present: float | None
+    floor_holds: float | None
 
 
 def _run(command: Sequence[str | Path], what: str) -> str:
@@ -54,13 +63,13 @@ def _run(command: Sequence[str | Path], what: str) -> str:
 
 def _library(defines: Sequence[str]) -> Path:
     """The library with these options, compiled once for each content of its sources."""
-    sources = sorted([*ROOT.glob("lib/src/*/*.c"), *ROOT.glob("addons/cascade/src/*.c")])
+    places = ("lib", *(f"addons/{part}" for part in PARTS))
+    sources = sorted([*ROOT.glob("lib/src/*/*.c")])
+    sources += [path for part in PARTS for path in sorted(ROOT.glob(f"addons/{part}/src/*.c"))]
     if not sources or not RUNNER.exists():
         raise BadOption("--simulate: needs the sources of davar: run it in a checkout")
     content = hashlib.sha256(" ".join([*FLAGS, *defines]).encode())
-    for path in sorted(
-        path for place in ("lib", "addons/cascade") for path in (ROOT / place).rglob("*")
-    ):
+    for path in sorted(path for place in places for path in (ROOT / place).rglob("*")):
         if path.suffix in (".c", ".h", ".inc"):
             content.update(path.read_bytes())
     made = CACHE / content.hexdigest()[:16] / "libdavar.a"
@@ -116,6 +125,7 @@ def simulate(plan: Plan, seed: int = 1) -> Simulated:
                 f"-DUNIT_IS_COUNT={int(wishes.type != 'float')}",
                 *(["-DGLR"] if design.law == "glr" else []),
                 *(["-DMOVING"] if slow else []),
+                *(["-DFLOOR"] if design.floor else []),
                 RUNNER,
                 folder / "davar_setup.c",
                 ROOT / "host_sim/setup/bandwidth.c",
@@ -139,4 +149,6 @@ def simulate(plan: Plan, seed: int = 1) -> Simulated:
         moving_present=found.get("moving_present"),
         moving_holds=found.get("moving_holds"),
         moving_arw_percent=found.get("moving_arw_percent"),
+        floor_present=found.get("floor_present"),
+        floor_holds=found.get("floor_holds"),
     )
