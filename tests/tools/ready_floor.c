@@ -2,6 +2,7 @@
  *
  * FILTER: calls that fill the filter f; empty: none. RATE, LSB, RAIL, BLOCK: of the samples. Prints the usable
  * frequencies if both are equal. */
+#include "davar/filter.h"
 #include "davar/floor.h"
 
 #include <stdio.h>

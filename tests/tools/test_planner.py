@@ -104,7 +104,7 @@ IMPOSSIBLE = (
     f"{SLOW_CORE} --clock 1.5",
     f"{SLOW_CORE} --clock 6",
     "--rate 1000 --lsb 0.06 --bandwidth 250 --respond 120 --ram 2k --core cortex-m4f",
-    "--rate 8000 --lsb 0.061 --bandwidth 258:2 --motion flight --core cortex-m4f",
+    "--rate 8000 --lsb 0.061 --bandwidth 100:2 --motion flight --core cortex-m4f",
     "--rate 1000 --axes 3 --lsb 0.061 --bandwidth 250:2:5 --motion flight --flash 15k "
     "--core cortex-m4f",
     pytest.param(SLOW_ALARM, marks=pytest.mark.slow),

@@ -8,6 +8,7 @@ from . import programs
 from .wishes import BadOption, Wishes
 
 FAST_HZ = 1000.0  # a floor works on sums of counts that come faster, at twice that or more
+SLOWEST_HZ = 400.0  # of the sums, if a low-pass leaves too few frequencies of faster ones
 SLOW_HZ = 800.0  # below, its block has half as many samples
 SUMMED_MOST = 255  # so that a sum of 24 bits has 32
 BITS = {"int16": 16, "int32": 24}  # of a count
@@ -36,18 +37,28 @@ class Floor:
 
 
 def floor(wishes: Wishes) -> Floor | None:
-    """The floor of a setup for flight; None: it has none."""
+    """The floor of a setup for flight; None: it has none. The fewest samples in a sum behind which
+    enough frequencies are usable, or that leave most of them."""
     if wishes.motion != "flight" or wishes.lsb is None or wishes.bandwidth is None:
         return None
-    summed = min(max(1, int(wishes.rate_hz // FAST_HZ)), SUMMED_MOST)
+    least = min(max(1, int(wishes.rate_hz // FAST_HZ)), SUMMED_MOST)
+    most = min(max(least, int(wishes.rate_hz // SLOWEST_HZ)), SUMMED_MOST)
+    choices = [
+        _of(wishes, wishes.lsb, wishes.bandwidth, summed) for summed in range(least, most + 1)
+    ]
+    enough = (one for one in choices if _usable(one) >= NEEDED)
+    return next(enough, None) or max(choices, key=_usable)
+
+
+def _of(wishes: Wishes, lsb: float, bandwidth: str, summed: int) -> Floor:
     rate = wishes.rate_hz / summed
     return Floor(
         summed,
         rate,
-        wishes.lsb / summed,
+        lsb / summed,
         rail=summed * (2 ** (BITS[wishes.type] - 1) - 1),
         block=128 if rate < SLOW_HZ else 256,
-        bandwidth=_of_sums(wishes.bandwidth, summed),
+        bandwidth=_of_sums(bandwidth, summed),
     )
 
 
@@ -77,14 +88,27 @@ def plan(wishes: Wishes) -> FloorPlan | None:
     if chosen is None:
         return None
     programs.passed_samples(wishes.bandwidth or "", wishes.rate_hz)  # is the filter itself good?
-    words = ["--rate", repr(chosen.rate_hz), "--lsb", repr(chosen.lsb), "--rail", str(chosen.rail)]
     try:
-        text = programs.run(programs.PROGRAM, "--floor", *words, "--bandwidth", chosen.bandwidth)
+        return _planned(chosen)
     except BadOption:
         raise BadOption(
             f"--motion: flight works on sums of {chosen.summed} samples at this rate, and "
             f"{chosen.bandwidth} is too long a filter: push samples before it"
         ) from None
+
+
+def _planned(floor: Floor) -> FloorPlan:
+    """Raises BadOption for a filter that the library rejects."""
+    words = ["--rate", repr(floor.rate_hz), "--lsb", repr(floor.lsb), "--rail", str(floor.rail)]
+    text = programs.run(programs.PROGRAM, "--floor", *words, "--bandwidth", floor.bandwidth)
     usable = re.search(r"\.usable = (\d+)", text)
     assert usable
     return FloorPlan(text[text.index("= {") + 2 :].rstrip().rstrip(";"), int(usable[1]))
+
+
+def _usable(floor: Floor) -> int:
+    """Frequencies; 0 for a filter that the library rejects."""
+    try:
+        return _planned(floor).usable
+    except BadOption:
+        return 0

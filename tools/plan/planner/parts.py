@@ -161,7 +161,7 @@ FLOOR_COMMENT = """
  * the noise between rotor lines and motion, in flight. It is not called angle random walk, because
  * broad vibration of the airframe is in it:
  *   high: the noise of the sensor is below it, 97.5 %, in deg/sqrt(h)
- *   value, low: the floor and its lower limit; NaN and 0 without a value
+ *   value, low: the floor and its lower limit; NaN without a value
  *   why: why there is no value (davar_floor_why_text)
  * A result is due every {block} {samples}, from a window of four times as many and 32. Push
  * computes it.
