@@ -70,6 +70,8 @@ static void run_floor(bytes_t *bytes, random_t *random)
             sample = (int32_t)(uint32_t)word(bytes, 4U);
         } else if ((kind == 2U) && (n == 0U)) {
             davar_floor_gap(&axis);
+        } else if ((kind == 4U) && (n == 0U)) {
+            davar_floor_delay(&axis, byte(bytes) % 32U);
         } else {
             /* noise */
         }

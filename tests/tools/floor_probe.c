@@ -55,6 +55,7 @@ static void start(void)
     for (uint8_t a = 0U; a < AXES; a++) {
         davar_average_init(&sums[a], SUMMED);
         davar_floor_start(&own[a]);
+        davar_floor_delay(&own[a], (uint8_t)((a * 32U) / AXES));
         is_new[a] = false;
         REQUIRE(davar_setup_floor(a) == NULL);
     }

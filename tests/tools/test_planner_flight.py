@@ -196,7 +196,9 @@ def test_a_wish_without_a_floor_is_one_line(words, said):
     assert re.match(f"davar-plan: --motion: flight .*{said}", done.err), done.err
 
 
-@pytest.mark.parametrize("bandwidth, usable", (("120:2", 21), ("20:1", 9), ("biquad:60", 15), ("16:2", 3)))
+@pytest.mark.parametrize(
+    "bandwidth, usable", (("120:2", 21), ("20:1", 9), ("biquad:60", 15), ("30:2", 6))
+)
 def test_a_filter_that_leaves_no_value_names_one_that_does(bandwidth, usable):
     words = in_flight(f"{PLAIN} --bandwidth {bandwidth}")
     found = refused(words)

@@ -245,6 +245,38 @@ static void test_no_segment_spans_a_gap_and_the_window_stays(void)
     TEST_ASSERT_FLOAT_WITHIN(0.2F * before, before, result.value);
 }
 
+/* Those of a delayed axis are the results of one that begins later, also after a gap. */
+static void test_a_delay_moves_the_segments_and_changes_no_result(void)
+{
+    static davar_floor_t later;
+    for (uint8_t delay = 0U; delay < 32U; delay += 7U) {
+        davar_floor_result_t expected = {.why = DAVAR_FLOOR_FILLING};
+        unsigned results = 0U;
+        random_t random = random_seeded(9U);
+        davar_floor_start(&axis);
+        davar_floor_delay(&axis, delay);
+        davar_floor_start(&later);
+        for (unsigned n = 0U, since = 0U; n < 5000U; n++, since++) {
+            const int32_t count = (int32_t)lrint(5.0 * random_gauss(&random));
+            if (n == 2500U) {
+                davar_floor_gap(&axis);
+                davar_floor_gap(&later);
+                since = 0U;
+            }
+            const bool is_due = push(count);
+            const bool is_later = (since >= delay) && davar_floor_push(&later, &plan, count);
+            TEST_ASSERT_EQUAL(is_later, is_due);
+            if (is_due) {
+                davar_floor_take(&later, &plan, &expected);
+                TEST_ASSERT_EQUAL_MEMORY(&expected.high, &result.high, sizeof expected.high);
+                TEST_ASSERT_EQUAL(expected.why, result.why);
+                results++;
+            }
+        }
+        TEST_ASSERT_GREATER_THAN(15U, results);
+    }
+}
+
 static void test_a_shock_is_left_out_and_a_change_is_not(void)
 {
     random_t random = random_seeded(6U);
@@ -371,6 +403,7 @@ int main(void)
     RUN_TEST(test_two_counts_in_turn_are_not_a_stuck_sensor);
     RUN_TEST(test_a_take_that_is_not_due_is_of_the_same_window);
     RUN_TEST(test_no_segment_spans_a_gap_and_the_window_stays);
+    RUN_TEST(test_a_delay_moves_the_segments_and_changes_no_result);
     RUN_TEST(test_a_shock_is_left_out_and_a_change_is_not);
     RUN_TEST(test_a_result_that_is_not_taken_is_lost_and_the_next_is_right);
     return UNITY_END();

@@ -28,11 +28,18 @@
 
 /* --- samples in ------------------------------------------------------------------------------- */
 
-/* The difference of the first sample is none: it goes to the last place, and is written over. */
+/* The difference of the first sample is none, and is written over as those of a delay are: a segment
+ * always ends at the end of the ring, or in its middle. */
 void davar_floor_gap(davar_floor_t *floor)
 {
-    floor->fill = FLOOR_SEGMENT - 1U;
-    floor->wait = FLOOR_SEGMENT + 1U;
+    floor->fill = FLOOR_SEGMENT - 1U - floor->delay;
+    floor->wait = FLOOR_SEGMENT + 1U + floor->delay;
+}
+
+void davar_floor_delay(davar_floor_t *floor, uint8_t samples)
+{
+    floor->delay = samples;
+    davar_floor_gap(floor);
 }
 
 void davar_floor_start(davar_floor_t *floor)
@@ -215,15 +222,18 @@ static float choice_variance(const window_t *window, const choice_t *choice, uin
     float sum = 0.0F;
     float squares = 0.0F;
     for (uint32_t i = 0U; i < n; i++) {
+        sum += window->mean[choice->place[i]];
+    }
+    const float share = (sum > 0.0F) ? (1.0F / sum) : 0.0F; /* squares of counts would overflow */
+    for (uint32_t i = 0U; i < n; i++) {
         const uint32_t b = choice->place[i];
         const uint32_t above = choice->mask >> b;
         const float next = ((above & 2U) != 0U) ? window->mean[b + 1U] : 0.0F;
         const float after = ((above & 4U) != 0U) ? window->mean[b + 2U] : 0.0F;
-        const float y = window->mean[b];
-        sum += y;
-        squares += y * (y + 2.0F * FLOOR_NEXT * next + 2.0F * FLOOR_AFTER_NEXT * after);
+        const float y = share * window->mean[b];
+        squares += y * (y + share * (2.0F * FLOOR_NEXT * next + 2.0F * FLOOR_AFTER_NEXT * after));
     }
-    return (sum > 0.0F) ? (squares / (sum * sum)) : 0.0F;
+    return squares;
 }
 
 /* What the two choices give together. */
@@ -350,7 +360,7 @@ static davar_floor_why_t floor_why(const davar_floor_t *floor, const davar_floor
     if ((found->density < FLOOR_COARSE * found->rounding) || (found->step < FLOOR_DITHER)) {
         return DAVAR_FLOOR_COARSE;
     }
-    return (degrees < FLOOR_DEGREES_LEAST) ? DAVAR_FLOOR_UNSTEADY : DAVAR_FLOOR_VALUE;
+    return (degrees >= FLOOR_DEGREES_LEAST) ? DAVAR_FLOOR_VALUE : DAVAR_FLOOR_UNSTEADY;
 }
 
 static void write_floor(const davar_floor_plan_t *plan, const measure_t *found, float degrees,

@@ -166,7 +166,8 @@ def _floor_push(design: Design) -> list[float]:
 FLOOR_FEATURES: dict[str, Features] = {
     "flash_bytes": lambda design: [1.0, _sums(design), float(design.fit == "terms")],
     "mean_push_instructions": _floor_push,
-    "worst_push_instructions": lambda design: [
+    "worst_push_instructions": lambda design: [  # of one axis: they take turns
+        1.0,
         float(design.wishes.axes),
         design.wishes.axes * _sums(design),
     ],

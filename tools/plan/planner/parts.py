@@ -181,7 +181,7 @@ static struct {{
 static void start_floor(size_t axis)
 {{
 {start}    davar_floor_start(&floors[axis].window);
-    floors[axis].seen = floors[axis].sequence;
+{delay}    floors[axis].seen = floors[axis].sequence;
 }}
 
 static void push_floor(size_t axis, const {sample} *samples, size_t count)
@@ -201,6 +201,8 @@ FLOOR_PUSH = """        if (davar_floor_push(&floors[axis].window, &floor_plan, 
 FLOOR_PUSH_SUM = """        int32_t sum;
         if (davar_average_push(&floors[axis].sum, samples[i], &sum) &&
             davar_floor_push(&floors[axis].window, &floor_plan, sum)) {
+"""
+DELAY = """    davar_floor_delay(&floors[axis].window, (uint8_t)((axis * 32U) / DAVAR_SETUP_AXES));
 """
 FLOOR_FUNCTION = """
 const davar_floor_result_t *davar_setup_floor(uint8_t axis)
@@ -235,6 +237,7 @@ def _floor(design: Design, floor: floors.Floor) -> Part:
             plan=plan.text if plan else "",
             sum="    davar_average_t sum;\n" * sums,
             start=init * sums,
+            delay=DELAY * (design.wishes.axes > 1),
             sample=SAMPLE[design.wishes.type],
             push=FLOOR_PUSH_SUM if sums else FLOOR_PUSH,
         ),

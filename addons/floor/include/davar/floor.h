@@ -125,12 +125,18 @@ typedef struct {
     uint8_t block;   /* the newest */
     uint8_t full;    /* blocks that are complete */
     uint8_t refused; /* segments in a row */
+    uint8_t delay;   /* samples */
     bool is_odd;
     bool is_due;
 } davar_floor_t;
 
 /** Begins without samples. Cost: O(1). */
 void davar_floor_start(davar_floor_t *floor);
+
+/** For axes that get their samples together: lets the segments of this one end `samples` later, so
+ * that their transforms take turns: 32 / axes apart. samples: at most 31. Call it after
+ * davar_floor_start. Cost: O(1). */
+void davar_floor_delay(davar_floor_t *floor, uint8_t samples);
 
 /** Adds a sample, in counts; of more than 24 bits, the lowest are rounded. Take the result before
  * the next push, or it is lost.
