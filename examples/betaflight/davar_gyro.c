@@ -1,4 +1,4 @@
-/* davar in Betaflight: the angle random walk of the gyro, while it flies.
+/* davar in Betaflight: the noise of the gyro, at rest and in flight.
  *
  *   gyroUpdate -> ring -> taskHandleSerial: push, take -> report -> debug[], MAVLink
  *
@@ -20,7 +20,8 @@
 #include "davar_filtered.h"
 #include "davar_setup.h"
 
-#define RING 512U /* samples, a power of two; 64 ms at 8 kHz */
+#define RING 512U      /* samples, a power of two; 64 ms at 8 kHz */
+#define NO_LIMIT 1e30f /* deg/sqrt(h) and above: infinity */
 
 static struct {
     int16_t counts[RING][DAVAR_GYRO_AXES];
@@ -76,13 +77,18 @@ static void push(void)
     }
 }
 
+static davar_gyro_noise_t scaled(bool present, float value, float low, float high, float scale)
+{
+    return (davar_gyro_noise_t){.present = present,
+                                .value = scale * value,
+                                .low = scale * low,
+                                .high = (high < NO_LIMIT) ? scale * high : 0.0f};
+}
+
 davar_gyro_noise_t davar_gyro_noise(const davar_result_t *result, float scale)
 {
     const davar_coefficient_t *arw = &result->coefficient[DAVAR_ANGLE_RANDOM_WALK];
-    return (davar_gyro_noise_t){.present = arw->present,
-                                .value = scale * (float)arw->value,
-                                .low = scale * (float)arw->low,
-                                .high = scale * (float)arw->high};
+    return scaled(arw->present, (float)arw->value, (float)arw->low, (float)arw->high, scale);
 }
 
 /* The newest result of one axis in each call, so that a call stays short. */
@@ -90,10 +96,15 @@ static void take(void)
 {
     static uint8_t axis;
     davar_glr_report_t changes;
+    /* The plan states a size of the count; the firmware knows the range that is set. */
+    const float scale = gyro.scale / (float)davar_setup_config()->unit_per_count;
     const davar_result_t *result = davar_setup_take(axis);
+    const davar_floor_result_t *floor = davar_setup_floor(axis);
+    if (floor != NULL) {
+        report.floor[axis] =
+            scaled(floor->why == DAVAR_FLOOR_VALUE, floor->value, floor->low, floor->high, scale);
+    }
     if (result != NULL) {
-        /* The plan states a size of the count; the firmware knows the range that is set. */
-        const float scale = gyro.scale / (float)result->unit_per_count;
         report.sensor[axis] = davar_gyro_noise(result, scale);
         davar_glr_report(davar_setup_instance(axis), &changes);
         report.alarms += changes.alarm;
@@ -117,7 +128,7 @@ static void show(void)
     }
     for (int axis = 0; axis < DAVAR_GYRO_AXES; axis++) {
         debug[axis] = milli(&report.sensor[axis]);
-        debug[DAVAR_GYRO_AXES + axis] = milli(&report.filtered[axis]);
+        debug[DAVAR_GYRO_AXES + axis] = milli(&report.floor[axis]);
     }
     debug[6] = (int16_t)report.results;
     debug[7] = (int16_t)report.alarms;

@@ -7,17 +7,18 @@
 
 #define DAVAR_GYRO_AXES 3
 
-/* The angle random walk of an axis, in deg/sqrt(h), with its 95 % interval. */
+/* The noise of an axis, in deg/sqrt(h), with its 95 % interval. */
 typedef struct {
-    bool present; /* false: davar has no value; ignore the fields below */
+    bool present; /* false: davar has no value; ignore value and low */
     float value;
     float low;
-    float high;
+    float high; /* without a value, an upper limit; 0: there is none */
 } davar_gyro_noise_t;
 
 typedef struct {
-    davar_gyro_noise_t sensor[DAVAR_GYRO_AXES];   /* before the firmware's filters, sensor axes */
-    davar_gyro_noise_t filtered[DAVAR_GYRO_AXES]; /* after them, axes of the craft */
+    davar_gyro_noise_t sensor[DAVAR_GYRO_AXES]; /* ARW before the firmware's filters, sensor axes */
+    davar_gyro_noise_t floor[DAVAR_GYRO_AXES]; /* noise in flight, between rotor lines and motion */
+    davar_gyro_noise_t filtered[DAVAR_GYRO_AXES]; /* ARW after the filters, axes of the craft */
     uint32_t results;                             /* of the first axis of the sensor */
     uint32_t alarms; /* of all axes; needs a plan with --false-alarms-per-hour */
     uint32_t lost;   /* samples that the task came too late for */

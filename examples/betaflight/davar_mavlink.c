@@ -1,7 +1,8 @@
 /* davar in Betaflight: its report as NAMED_VALUE_FLOAT, beside Betaflight's own MAVLink telemetry.
  *
- * One axis at a time, ten times a second: ARW_X, ARW_X_LO, ARW_X_HI in deg/sqrt(h), the same after
- * the filters as ARWF_X, and ARW_ALARMS. A value that davar does not have is not sent. */
+ * One axis at a time, ten times a second: ARW_X, ARW_X_LO, ARW_X_HI in deg/sqrt(h), the same of the
+ * floor as FLR_X and after the filters as ARWF_X, and ARW_ALARMS. Without a value, only its upper
+ * limit is sent, if there is one. */
 #include "davar_gyro.h"
 
 #include "platform.h"
@@ -42,10 +43,13 @@ static void send_noise(serialPort_t *port, const char *signal, int axis,
 {
     static const char *const ends[] = {"", "_LO", "_HI"};
     const float values[] = {noise->value, noise->low, noise->high};
-    for (unsigned i = 0; noise->present && (i < ARRAYLEN(ends)); i++) {
+    const bool has[] = {noise->present, noise->present, noise->high > 0.0f};
+    for (unsigned i = 0; i < ARRAYLEN(ends); i++) {
         char name[NAME_BYTES + 1U] = {0};
         tfp_sprintf(name, "%s_%c%s", signal, 'X' + axis, ends[i]);
-        send(port, name, values[i]);
+        if (has[i]) {
+            send(port, name, values[i]);
+        }
     }
 }
 
@@ -68,6 +72,7 @@ void davar_gyro_mavlink(void)
     last = millis();
     const davar_gyro_report_t *report = davar_gyro_report();
     send_noise(port, "ARW", axis, &report->sensor[axis]);
+    send_noise(port, "FLR", axis, &report->floor[axis]);
     send_noise(port, "ARWF", axis, &report->filtered[axis]);
     send(port, "ARW_ALARMS", (float)report->alarms);
     axis = (axis + 1) % DAVAR_GYRO_AXES;

@@ -15,9 +15,11 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-import c_library
-
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools/support"))
+
+import c_library  # noqa: E402
+
 HERE = Path(__file__).resolve().parent
 EXAMPLE = ROOT / "examples/betaflight"
 WORK = ROOT / "build/betaflight"
@@ -27,7 +29,7 @@ UNDEFINED = "#undef USE_TELEMETRY_MAVLINK\n"  # SITL leaves it out
 
 GYRO = (
     "--rate 8000 --axes 3 --lsb 0.0609756 --bandwidth none --core cortex-m4f "
-    "--respond 1 --arw-percent 3 --motion none"
+    "--respond 1 --arw-percent 3 --motion flight"
 )
 PLANS = {
     "fixed": GYRO,
