@@ -292,6 +292,13 @@ def test_everywhere(lab):
         assert not re.search(NONE_MISSING, text)
     for text in (done.stdout, comments, shown, table_of_axes.stdout):
         assert plain["unknown"]["next"][0] in text
+    fitted = asking.run("fit", path)
+    for text in (done.stdout, fitted.stdout, table_of_axes.stdout):
+        assert not re.search(r"95 %: -?\d|\(-?[\d.e+]+ \.\. ", text), (
+            text
+        )  # no interval of such a model
+    assert not plain["intervals_hold"]
+    assert verdict.NOT_VALID in fitted.stdout
     again = asking.run("compare", path, "-m", better, "--json")
     assert again.returncode == 1  # comments do no harm
 

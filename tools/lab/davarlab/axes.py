@@ -20,7 +20,7 @@ from .data.recording import Recording, is_clock
 from .effects import clocks, table
 from .effects.base import Parameter
 from .errors import BadInput
-from .inference.estimate import Estimate
+from .inference.estimate import Estimate, as_shown
 from .model import Model, as_said, is_accel, kind_said
 
 TO_MPS2 = {"g": 9.80665, "mg": 9.80665e-3, "m_s2": 1.0, "mps2": 1.0}
@@ -271,7 +271,8 @@ def rows_of(found: Iterable[Found]) -> dict[str, dict[str, str]]:
     """(label, {column: text}) of the table, in the order in which the effects come."""
     rows: dict[str, dict[str, str]] = {}
     for one in found:
-        for term, entry in zip(one.model.terms, one.entries):
+        adequate = one.data.get("final", one.data)["adequacy"] != "no"
+        for term, entry in zip(one.model.terms, as_shown(one.entries, adequate)):
             for parameter in table.find(term.kind).parameters:
                 value = entry.get(parameter.name)
                 if value is None or isinstance(value.value, str):

@@ -239,7 +239,7 @@ TEMPERATURE_HYSTERESIS = Effect(
 )
 TEMPERATURE_NOISE = Effect(
     "temperature_noise",
-    "The white noise grows with the temperature.",
+    "The white noise changes with the temperature.",
     (Parameter("relative_per_degC", "1/degC", -10, 10),),
     "Hold two temperatures. The noise of single samples must differ, and return with the "
     "temperature.",

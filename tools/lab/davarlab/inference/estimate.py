@@ -38,6 +38,15 @@ class Estimate:
 
 
 Entry = dict[str, Estimate]  # of a part, by the name of the parameter
+
+
+def as_shown(entries: Sequence[Entry], adequate: bool) -> list[Entry]:
+    """Without intervals where the model fails: they assume that it fits."""
+    if adequate:
+        return list(entries)
+    return [{name: Estimate(one.value) for name, one in entry.items()} for entry in entries]
+
+
 Place = tuple[int, str]  # of a shape: index of its part, name
 
 

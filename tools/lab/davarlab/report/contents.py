@@ -21,7 +21,7 @@ from ..diagnosis.compare import Comparison
 from ..diagnosis.improve import Estimates, Improvement
 from ..diagnosis.state import Judged, State
 from ..effects import table
-from ..inference.estimate import Estimate
+from ..inference.estimate import Estimate, as_shown
 from ..model import Model
 from ..thresholds import CHANCE
 from . import curves, verdict, words
@@ -172,7 +172,10 @@ def candidate_rows(found: Improvement) -> tuple[list[Json], list[str], list[str]
                     "share": evidence.share(candidate.error_after, found.base),
                     "strength": words.strength(
                         kind,
-                        candidate.parameters or fitted.get(kind, {}),
+                        as_shown(
+                            [candidate.parameters or fitted.get(kind, {})],
+                            found.judgement.adequate,
+                        )[0],
                         found.model.column,
                     ),
                 }

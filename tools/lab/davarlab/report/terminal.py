@@ -8,7 +8,7 @@ from ..diagnosis.compare import Comparison
 from ..diagnosis.improve import Estimates, Improvement, Step
 from ..diagnosis.judge import Judgement
 from ..effects import table
-from ..inference.estimate import Estimate
+from ..inference.estimate import Estimate, as_shown
 from ..model import Model, kind_said
 from . import verdict as verdicts
 from . import words
@@ -70,7 +70,7 @@ def fit(
     if not judgement.adequate and not judgement.spoiled_by:
         lines.append(verdicts.NOT_VALID)
     lines += [default] * bool(default)
-    return "\n".join(lines) + "\n\n" + estimates(model, entries)
+    return "\n".join(lines) + "\n\n" + estimates(model, as_shown(entries, judgement.adequate))
 
 
 def comparison(c: Comparison, notes: Iterable[str] = ()) -> str:
@@ -121,7 +121,9 @@ def candidates(found: Improvement) -> str:
         lines = ["Added effects, in this order, all fitted together:"]
         lines += [
             f"  {kind}: {words.strength(kind, sizes, found.model.column)}"
-            for kind, sizes in zip(added, found.estimates[-len(added) :])
+            for kind, sizes in zip(
+                added, as_shown(found.estimates[-len(added) :], found.judgement.adequate)
+            )
         ] + [""]
     lines.append(
         "Each candidate alone with the initial effects"
@@ -162,4 +164,6 @@ def diagnosis(found: Improvement) -> str:
 
 def improvement(found: Improvement) -> str:
     top = "\n".join([steps(found), *observed(found.comparison.observations), *found.notes])
-    return "\n\n".join([top, verdict(found), estimates(found.model, found.estimates)])
+    shown = as_shown(found.estimates, found.judgement.adequate)
+    hint = [] if found.judgement.adequate else [verdicts.NOT_VALID]
+    return "\n\n".join([top, verdict(found), *hint, estimates(found.model, shown)])

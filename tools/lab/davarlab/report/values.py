@@ -73,6 +73,7 @@ def answered(found: Improvement) -> Json:
     """What a diagnosis or an improvement comes to, in words too."""
     return {
         "verdict": found.verdict,
+        "intervals_hold": found.judgement.adequate,
         "answer": verdict.answer(found),
         "answer_said": words.in_ascii(verdict.of_improvement(found)[1]),
         "unknown": unexplained(found.unexplained),

@@ -16,6 +16,7 @@ from ..diagnosis.judge import Deviation, Judgement
 from ..diagnosis.state import Judged
 from ..diagnosis.unexplained import Excluded, Hint, Unexplained
 from ..effects import table
+from ..inference.estimate import as_shown
 from ..thresholds import CHANCE, JUDGE
 from . import words
 from .words import capital, listed, name, number, p_is, seconds, times
@@ -37,7 +38,7 @@ UNKNOWN = "Something is missing that davarlab does not know."
 NOTHING = "Nothing is missing."
 TO_FIND = "To find the missing effect, run diagnose."
 TO_REFIT = "The same effects fit with other values. To refit them, run fit."
-NOT_VALID = "The intervals below are not valid, because they assume that the model fits."
+NOT_VALID = "No intervals are shown, because they assume that the model fits."
 OWN_EFFECT = "If you know the cause, write it as your own effect and add it with"
 # Columns that an effect needs -> what to log.
 LOGGED = {
@@ -428,7 +429,7 @@ def of_held_out(found: Improvement) -> str | None:
 
 def of_missing(found: Improvement) -> str:
     added = found.added
-    sizes = found.estimates[-len(added) :]
+    sizes = as_shown(found.estimates[-len(added) :], found.judgement.adequate)
     if len(added) == 1:
         rivals = [one.kind for one in undecided(found)]
         if rivals:

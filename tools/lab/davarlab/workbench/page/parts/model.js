@@ -44,7 +44,10 @@ export const held = () => now.view.cards.filter((one) => locked.has(key(one))).m
 // Both ends of an interval with the same digits.
 const digits = (value) => { const text = value.toPrecision(3); return text.includes("e") ? number(value) : text; };
 
-export const interval = (one) => (one.undetermined ? "not determined" : one.low === null || one.low === undefined ? "as set" : `[${digits(one.low * one.factor)}, ${digits(one.high * one.factor)}]`);
+// An interval assumes that the model fits: otherwise it is struck.
+export const intervalShown = (one, adequate, style) => element(adequate || one.low === null || one.low === undefined ? "span" : "s",
+  { class: style, title: adequate ? null : "Not valid while the model does not fit" }, interval(one));
+const interval = (one) => (one.undetermined ? "not determined" : one.low === null || one.low === undefined ? "as set" : `[${digits(one.low * one.factor)}, ${digits(one.high * one.factor)}]`);
 
 function row(card, parameter, label) {
   if (typeof parameter.value === "string") return element("div", { class: "par" }, element("span", { class: "soft" }, label), element("b", { class: "word" }, parameter.value));
@@ -63,7 +66,7 @@ function row(card, parameter, label) {
   });
   slider.addEventListener("input", () => { box.value = Number((at() * parameter.factor).toPrecision(4)); actions.moved(card, parameter, at()); });
   slider.addEventListener("change", () => actions.released(card, parameter, at()));
-  return element("div", { class: `par${parameter.low > 0 ? "" : " plain"}` }, element("span", {}, label), slider, element("span", { class: "v" }, box, ` ${unit}`, element("br"), element("span", { class: "soft" }, interval(parameter))));
+  return element("div", { class: `par${parameter.low > 0 ? "" : " plain"}` }, element("span", {}, label), slider, element("span", { class: "v" }, box, ` ${unit}`, element("br"), intervalShown(parameter, now.view.adequate, "soft")));
 }
 
 const words = (name) => name.replace(/_(dps|s|hz|Hz|per_.*|degC)$/, "").replaceAll("_", " ");

@@ -1,6 +1,6 @@
 // All axes beside each other: verdict, missing effect and parameters. A click opens an axis.
 import { ask } from "/page/api.js";
-import { interval, titled } from "/page/parts/model.js";
+import { intervalShown, titled } from "/page/parts/model.js";
 import { cards, pause, titled as named, wantedStill } from "/page/parts/next.js";
 import { at, leaving, now, refused } from "/page/now.js";
 import { select } from "/page/tabs/tabs.js";
@@ -78,7 +78,7 @@ function effects() {
 
 function value(row, column) {
   const [one] = row.cards.find((card) => quantity(card) === column)?.parameters || [];
-  return element("td", { class: "n" }, ...(!one ? ["–"] : typeof one.value === "string" ? [one.value] : [element("b", {}, number(one.value * one.factor)), element("br"), element("span", { class: "soft small" }, interval(one))]));
+  return element("td", { class: "n" }, ...(!one ? ["–"] : typeof one.value === "string" ? [one.value] : [element("b", {}, number(one.value * one.factor)), element("br"), intervalShown(one, row.adequate, "soft small")]));
 }
 
 function line(sensor, column, kinds) {
