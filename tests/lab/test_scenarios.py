@@ -364,6 +364,10 @@ def test_what_is_hidden_is_found_with_its_numbers(name):
             assert one["low"] is None or one["low"] <= one["value"] <= one["high"] < np.inf, entry
     steps = found["steps"]
     assert steps[-1]["error"] <= steps[0]["error"] * 1.02
+    errors = [step["error"] for step in steps[1:-1]]  # the last one may keep the sizes of the file
+    assert errors == sorted(errors, reverse=True)
+    joined = [kind for step in steps[1:] for kind in step["added"].split(", ")]
+    assert joined == found["missing"]
     if row.verdict == "known" and row.seen is not None:
         assert steps[-1]["adequacy"] != "no"
 

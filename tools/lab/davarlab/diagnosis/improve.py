@@ -23,8 +23,8 @@ Estimates = dict[str, estimate.Estimate]  # of the parameters of an effect, by n
 
 @dataclass
 class Step:
-    """The model after `added` joined (None: the model as given, or refitted); errors beside those
-    that a true model would have."""
+    """The model after `added` joined (None: the model as given, or refitted; several kinds with
+    commas: they lower the error together); errors beside those that a true model would have."""
 
     added: str | None
     effects: list[str]
@@ -329,6 +329,12 @@ def left(final: Judged, model: Model, recording: Recording, tried: Tried) -> Une
     return unexplained_by(compare.of_state(final, model.column), recording, tried)
 
 
+def number_added(found: Diagnosis, state: Judged) -> int:
+    """How many of the effects that the search added a state of its path has."""
+    given = len(found.states[-1].parts) - len(found.added)
+    return 0 if state is found.states[0] else len(state.parts) - given
+
+
 def improved(
     recording: Recording,
     model: Model,
@@ -342,10 +348,11 @@ def improved(
     given = compare.given(found.states[0], model)
     steps = [step_of(None, given, model, held_out)]
     base = refitted(model, found.states[0], given, held_out)
-    for state in found.states[1:]:
-        progress(f"adding {state.parts[-1].kind}")
+    for before, state in zip(found.states, found.states[1:]):
+        joined = ", ".join(found.added[number_added(found, before) : number_added(found, state)])
+        progress(f"adding {joined}")
         step = step_of(
-            state.parts[-1].kind,
+            joined,
             state,
             fitted_model(state, model)[0] if held_out else None,
             held_out,
@@ -354,12 +361,13 @@ def improved(
             break
         steps.append(step)
     reached = found.states[len(steps) - 1]
-    last, final, entries = final_of(reached, given, model, 0 if held_out else len(steps) - 1)
+    count = number_added(found, reached)
+    last, final, entries = final_of(reached, given, model, 0 if held_out else count)
     if last is not reached:  # the file's sizes do better than the likeliest ones: they stay
         steps = (
             [*steps[:-1], step_of(steps[-1].added, last, final, held_out)] if last else steps[:1]
         )
-    added = found.added[: len(steps) - 1]
+    added = found.added[: count if len(steps) > 1 else 0]
     judgement = last.judgement if last else given.judgement
     comparisons = [compare.of_state(given, model.column)] + (
         [compare.of_state(last, model.column)] if last and added else []

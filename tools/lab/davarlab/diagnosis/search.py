@@ -457,17 +457,25 @@ def certain(state: State, part: Part, rest: State, error: float, floor: float) -
 
 
 def path(state: State, given: int, by_weight: Sequence[Part]) -> list[State]:
-    """The states from the given effects to the last one, a part at a time: in the order found if
-    the error falls all the way, else what matters most first."""
+    """The states from the given effects to the last one, in the order found or what matters most
+    first, whichever has more steps. The error never rises: where a part alone would raise it,
+    several join at once."""
+    best: list[State] = []
     for added in (state.parts[given:], by_weight):
         states = [
             with_parts(state, [*state.parts[:given], *added[:count]])
             for count in range(len(added) + 1)
         ]
         errors = [errors_of(one)[0] for one in states]
-        if all(after <= before for before, after in zip(errors, errors[1:])):
+        kept = [0]
+        for place in range(1, len(states)):
+            if errors[place] <= errors[kept[-1]] or place == len(states) - 1:
+                kept.append(place)
+        if len(kept) > len(best):
+            best = [states[place] for place in kept]
+        if len(best) == len(states):
             break
-    return states
+    return best
 
 
 def search(
