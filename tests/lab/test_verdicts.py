@@ -336,8 +336,17 @@ OFF = {"percent": 12.0, "ratio": 1.5, "tau_s": 2.0, "start_s": 0.0, "stop_s": 60
 BELOW = {**OFF, "percent": -50.0, "ratio": 0.4, "tau_s": 7200.0}
 NO = "The model does not fit. At 2 s, from 0 to 600 s of the recording, its Allan deviation is too "
 SENTENCES = [  # adequacy, largest deviation, words
-    ("statistical", None, "The model fits: no check rejects it (p = 0.20)."),
-    ("practical", None, "The model fits: no deviation is proven (99 % confidence). "),
+    (
+        "statistical",
+        None,
+        "The model fits from 0.02 s to 1 s averaging time: no check rejects it (p = 0.20). Longer "
+        "averaging times are not confirmed within 5 %.",
+    ),
+    (
+        "practical",
+        None,
+        "The model fits from 0.02 s to 1 s averaging time: no deviation is proven (99 % ",
+    ),
     (
         "practical",
         {**OFF, "percent": -3.0, "ratio": 0.94},
@@ -353,7 +362,11 @@ SENTENCES = [  # adequacy, largest deviation, words
 
 @pytest.mark.parametrize("word, largest, sentence", SENTENCES)
 def test_the_judge_has_one_sentence_for_each_word(word, largest, sentence):
-    assert sentence in verdict.adequacy(judge.Judgement(word, 0.13, 0.03, 0.2, largest, 1.0))
+    judged = judge.Judgement(word, 0.13, 0.03, 0.2, largest, 1.0, shown_from_tau_s=0.02)
+    assert sentence in verdict.adequacy(judged)
+    short = replace(judged, shown_to_tau_s=0.0)
+    assert "averaging time:" not in verdict.adequacy(short)
+    assert word == "no" or "Record for longer" in verdict.adequacy(short)
 
 
 def test_a_candidate_is_credited_with_what_it_takes_from_the_refit():

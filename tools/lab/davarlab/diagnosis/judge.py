@@ -43,7 +43,8 @@ class Judgement:
     """adequacy: "statistical", "practical" or "no". largest: the largest proven deviation {percent,
     ratio, tau_s, start_s, stop_s}, None when no deviation is proven. percent is the bound with 99 %
     confidence, ratio the measured Allan deviation over the model's. shown_to_tau_s: the longest tau
-    at which the record confirms a fit within 5 %; 0: no tau. spoiled_by: the observation for which
+    at which the record confirms a fit within 5 %; 0: no tau. shown_from_tau_s: the shortest that is
+    tested. spoiled_by: the observation for which
     no model is adequate, "" without one. farthest: the least likely deviation, proven or not; None
     when no averaging time can be tested, and then no model is adequate."""
 
@@ -55,6 +56,7 @@ class Judgement:
     shown_to_tau_s: float
     spoiled_by: str = ""
     farthest: Deviation | None = None
+    shown_from_tau_s: float = 0.0
 
     @property
     def adequate(self) -> bool:
@@ -163,4 +165,5 @@ def judged(cells: list[Cell], short: list[Cell], p_value: float, spoiled_by: str
         shown_to(cells),
         spoiled_by,
         largest or farthest_of(cells),
+        min((cell.tau_s for cell in cells), default=0.0),
     )

@@ -82,11 +82,11 @@ def adequacy(judgement: Judgement) -> str:
         )
     if judgement.adequacy == "statistical":
         return (
-            f"The model fits: no check rejects it ({p_is(judgement.p_value)}). "
+            f"The model fits{reach(judgement)}: no check rejects it ({p_is(judgement.p_value)}). "
             f"{confirmed(judgement)}"
         )
     if judgement.adequacy == "practical":
-        return f"The model fits: {small(judgement)} {confirmed(judgement)}"
+        return f"The model fits{reach(judgement)}: {small(judgement)} {confirmed(judgement)}"
     if judgement.largest and abs(judgement.largest["percent"]) > 5:
         return f"The model does not fit. {proven(judgement.largest)}"
     error = (
@@ -114,7 +114,8 @@ def headline(
     if not judgement.testable or worst is None:
         return "The recording is", "too short", "to test a model"
     if judgement.adequate:
-        return "The model", "fits", "" if judgement.adequacy == "statistical" else "within 5 %"
+        tolerance = "" if judgement.adequacy == "statistical" else "within 5 % "
+        return "The model", "fits", f"{tolerance}{brief_reach(judgement)}".replace(" ,", ",")
     if not known:
         return "Something is missing that", "no known effect", "explains"
     start, stop, tau = worst["start_s"], worst["stop_s"], words.brief(worst["tau_s"])
@@ -131,7 +132,8 @@ def contested(judgement: Judgement, against: Sequence[Candidate]) -> tuple[str, 
     fits = "fits" if judgement.adequacy == "statistical" else "fits within 5 %"
     rivals = [one for one in against if one.log_p - against[0].log_p < CHANCE.tell_apart]
     named = words.listed(rivals[:SHOWN_AGAINST], titled, joint=" or ")
-    return f"The model {fits}, but lacks", named, f"({p_is(p_of(against[0]))})"
+    over = f" {brief_reach(judgement)}" if judgement.shown_to_tau_s else ""
+    return f"The model {fits}{over}, but lacks", named, f"({p_is(p_of(against[0]))})"
 
 
 def p_of(one: Candidate) -> float:
@@ -160,11 +162,28 @@ def contradicted(against: Sequence[Candidate]) -> str:
     )
 
 
-def confirmed(judgement: Judgement) -> str:
-    """Up to which averaging time a fit is shown (7.3)."""
+def reach(judgement: Judgement) -> str:
+    """The averaging times at which a fit within 5 % is shown (7.3); "" without any."""
+    if not judgement.shown_to_tau_s:
+        return ""
     return (
-        "The recording is long enough to confirm a fit within 5 % up to "
-        f"{seconds(judgement.shown_to_tau_s)} averaging time."
+        f" from {seconds(judgement.shown_from_tau_s)} to {seconds(judgement.shown_to_tau_s)} "
+        "averaging time"
+    )
+
+
+def brief_reach(judgement: Judgement) -> str:
+    """The same for a headline."""
+    if not judgement.shown_to_tau_s:
+        return ", but the recording is too short to confirm it"
+    first, last = words.brief(judgement.shown_from_tau_s), words.brief(judgement.shown_to_tau_s)
+    return f"from {first} to {last}"
+
+
+def confirmed(judgement: Judgement) -> str:
+    """What is not shown."""
+    return (
+        "Longer averaging times are not confirmed within 5 %."
         if judgement.shown_to_tau_s
         else "The recording is too short to confirm a fit within 5 % at any averaging time. "
         "Record for longer."
