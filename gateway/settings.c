@@ -87,7 +87,8 @@ static const option_t RESULTS[] = {
      "algorithm for strides: equal results, different cost"},
     {"floor", NULL, read_flag, AT(floor),
      "also the noise between rotor lines and motion (docs/FLIGHT.md), in\n"
-     "can:, slcan: and mavlink:. It needs --bandwidth"},
+     "can:, slcan: and mavlink:. It needs --bandwidth, and --bits to see\n"
+     "clipped counts of fewer than 24 bits"},
     {0},
 };
 

@@ -225,7 +225,8 @@ static const option_t OUTPUT[] = {
     {"floor", NULL, read_flag, AT(floor),
      "also the noise between rotor lines and motion (docs/FLIGHT.md):\n"
      "adds floor_deg_per_sqrt_h, its 95 % limits, and floor_why (0: it has\n"
-     "a value), or frames DAVAR_Floor. It needs --bandwidth"},
+     "a value), or frames DAVAR_Floor. It needs --bandwidth, and --bits to see clipped\n"
+     "counts of fewer than 24 bits"},
     {"details", NULL, read_flag, AT(details),
      "more columns: intervals of ADEVs and coefficients, difference counts,\n"
      "gaps, coarse, upper bounds of absent coefficients, the cluster sizes that ARW is from\n"

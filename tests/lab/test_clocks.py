@@ -145,7 +145,7 @@ def test_a_file_is_read_as_it_was_written():
             p.name: p.values[0] if p.values else words[p.name] if p.form else max(p.low, 0.25)
             for p in effect.parameters
             if p.whole is False
-        } | {p.name: 3.0 for p in effect.parameters if p.whole}
+        } | {p.name: 3.0 for p in effect.parameters if p.whole or p.name == "reference"}
         for column in ("phase_s", "accel_x_g", "gyro_x_dps"):
             model = models.Model(1.0, column, [models.Term(kind, values)])
             again = models.of_text(models.text_of(model), "text")

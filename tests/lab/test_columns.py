@@ -46,6 +46,15 @@ def test_a_clock_or_a_copy_of_the_gyro_is_not_followed():
     assert may_follow(found, "gyro_z_dps") == ["gyro_x_dps"]
 
 
+@pytest.mark.parametrize(
+    "wrong", ({"column": "gyro_z_dps"}, {"origin": 5.0}, {"origin": 0.0, "reference": 1e-300})
+)
+def test_noise_that_follows_a_column_needs_two_values_of_another_column(wrong):
+    shape = {"column": "rpm", "origin": 0.0, "reference": 5.0, "power": 2.0, **wrong}
+    with pytest.raises(BadInput, match="m.toml: noise_follows: .*(itself|differ from origin)"):
+        sensor(kind="noise_follows", coefficient_dps=0.1, **shape)
+
+
 def sensor(**entry):
     given = {"sensor": {"column": "gyro_z_dps", "rate_hz": 50.0}, "effect": [entry]}
     return model.of(given, "m.toml")
@@ -469,8 +478,12 @@ def test_the_column_that_the_noise_follows_is_named(name):
             assert again[0].judgement.adequate  # the model file says all of it
 
 
-def test_noise_that_follows_a_column_is_simulated_and_measured_alike():
+@pytest.mark.parametrize("period_s", (400.0, 0.77))
+def test_noise_that_follows_a_column_is_simulated_and_measured_alike(period_s):
+    """Also of a column that is faster than the blocks whose energy is compared."""
     made = logged_with_noise(7, NOISE_LAWS[""])
+    t = np.arange(made.samples) / NOISE_RATE
+    made.columns["rpm"] = 2700 * (1 + np.sin(2 * np.pi * t / period_s)) * (t > NOISE_S / 2)
     shape = {"column": "rpm", "origin": 0.0, "reference": 5500.0, "power": 3.0}
     effect = table.find("noise_follows")
     for size in (0.02, 0.06):

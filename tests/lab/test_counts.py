@@ -175,6 +175,7 @@ def found_in(columns):
 
 @pytest.mark.parametrize("per_noise", (0.2, 0.35, 0.7, 2.0, 30.0))
 def test_several_axes_tell_repeats_from_counts(per_noise):
+    """Even ones from half a count of noise on, random ones where counts hide few."""
     for seed in range(4):
         for decay in (0.0, 0.9):
             for turned in (0.0, 300.0):
@@ -182,10 +183,36 @@ def test_several_axes_tell_repeats_from_counts(per_noise):
         whole = of_axes(seed, per_noise)
         again = np.random.default_rng(seed).random(20_000) < 0.3
         at = np.maximum.accumulate(np.where(again, 0, np.arange(20_000)))
-        found = found_in(sampled(whole, at))
-        if per_noise >= 0.7:
-            assert abs((found.share - found.chance) / (1 - found.chance) - 0.3) <= 0.03
-            assert found.clear == (per_noise >= 2)
+        for chosen, least in ((at, 2), (np.arange(20_000) * 7 // 10, 0.7)):
+            found = found_in(sampled(whole, chosen))
+            if per_noise >= least:
+                assert abs((found.share - found.chance) / (1 - found.chance) - 0.3) <= 0.03
+                assert found.clear == (per_noise >= 2)
+
+
+def test_an_axis_in_other_words_and_a_common_vibration_are_no_repeats():
+    t = np.arange(20_000) / RATE
+    for seed in range(3):
+        rng = np.random.default_rng([seed, 10])
+        x = np.round(0.35 * rng.standard_normal(20_000) + rng.random())
+        for other in (-x, x * np.pi / 180, 2 * x + 1):
+            assert found_in({AXES[0]: x, AXES[1]: other}) is None
+        bursts = np.where(t % 1 < 0.3, 5.0, 0.35) * rng.standard_normal((3, 20_000))
+        rocking = [
+            0.35 * rng.standard_normal((3, 20_000)) + size * np.sin(2 * np.pi * 0.08 * RATE * t)
+            for size in (2.0, 5.0)
+        ]
+        for noise in (bursts, *rocking):
+            y = np.round(noise + rng.random((3, 1)))
+            assert found_in(dict(zip(AXES, y))) is None
+
+
+def test_a_sensor_that_stalls_on_all_axes_is_found():
+    columns = of_axes(1, 5.0)
+    for start in range(50, 20_000, 2000):
+        for axis in columns.values():
+            axis[start : start + 300] = axis[start]
+    assert abs(found_in(columns).share - 0.1495) < 0.005
 
 
 def test_an_axis_that_keeps_a_value_is_told_from_one_in_coarse_counts():

@@ -138,7 +138,7 @@ def generated(seed):
         useless=[Part(kind) for kind in useless],
         doubtful=doubtful,
         outdone=some(rng, sorted(set(KINDS) - set(taken)), 1),
-        against=evidence.against(ranked) if last.judgement.adequate else [],
+        against=evidence.contradicting(ranked) if last.judgement.adequate else [],
     )
     model = Model(RATE, "gyro_z_dps", [Term(kind, {}) for kind in [*GIVEN, *added]])
     tried = unexplained.Tried(ranked, useless, doubtful, taken[len(added) :])
@@ -220,6 +220,26 @@ def test_what_speaks_against_a_model_that_fits_is_said_everywhere():
         headline = verdict.contested(found.judgement, against)
         assert first in headline[1]
         assert "fits" in headline[0]
+
+
+def test_of_each_kind_the_likeliest_speaks_against_a_model():
+    found = [
+        Candidate(kind, Part(kind, {"column": "a"}), 1.0, log_p)
+        for kind, log_p in (("follows", -20.0), ("temperature", -90.0), ("follows", -100.0))
+    ]
+    found.append(Candidate("rate_ramp", Part("rate_ramp"), 1.0, -10.0))  # may be chance
+    against = evidence.contradicting(found)
+    assert [(one.kind, one.log_p) for one in against] == [("follows", -100), ("temperature", -90)]
+
+
+def test_a_model_is_contested_only_if_it_fits():
+    for seed in SEEDS:
+        found = generated(seed)
+        given = verdict.answer(found)
+        assert given != "contested" or found.comparison.adequate
+        said = verdict.of_improvement(found)[1]
+        if found.diagnosis.against and given in ("contested", "values", "effects"):
+            assert "effects that the model lacks" in said
 
 
 def test_something_unknown_comes_with_its_place_and_a_next_step():

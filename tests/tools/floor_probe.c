@@ -26,6 +26,7 @@ static davar_floor_t own[AXES];
 static davar_average_t sums[AXES];
 static davar_floor_result_t newest[AXES];
 static bool is_new[AXES];
+static bool clips[AXES]; /* the sum has a sample at the rail */
 static int32_t samples[SAMPLES_MOST];
 
 static void require(bool condition, int line)
@@ -54,6 +55,7 @@ static void start(void)
 {
     for (uint8_t a = 0U; a < AXES; a++) {
         davar_average_init(&sums[a], SUMMED);
+        clips[a] = false;
         davar_floor_start(&own[a]);
         davar_floor_delay(&own[a], (uint8_t)((a * 32U) / AXES));
         is_new[a] = false;
@@ -67,6 +69,7 @@ static void lose(void)
     davar_setup_gap(1U);
     for (uint8_t a = 0U; a < AXES; a++) {
         (void)davar_average_gap(&sums[a], 1U);
+        clips[a] = false;
         davar_floor_gap(&own[a]);
     }
 }
@@ -76,11 +79,16 @@ static void push(const int32_t *counts, size_t count)
     static SAMPLE all[AXES * BLOCK_MOST];
     for (size_t i = 0U; i < count; i++) {
         for (uint8_t a = 0U; a < AXES; a++) {
-            const int32_t sample = counts[i] + a;
+            const int32_t sample = counts[i] + ((counts[i] < RAIL / SUMMED) ? (int32_t)a : 0);
             int32_t sum;
             all[(AXES * i) + a] = (SAMPLE)sample;
-            if (davar_average_push(&sums[a], sample, &sum) &&
-                davar_floor_push(&own[a], &plan, sum)) {
+            clips[a] = clips[a] || (sample >= RAIL / SUMMED) || (sample <= -(RAIL / SUMMED));
+            if (!davar_average_push(&sums[a], sample, &sum)) {
+                continue;
+            }
+            sum = clips[a] ? INT32_MAX : sum;
+            clips[a] = false;
+            if (davar_floor_push(&own[a], &plan, sum)) {
                 davar_floor_take(&own[a], &plan, &newest[a]);
                 is_new[a] = true;
             }

@@ -71,18 +71,21 @@ FLIGHTS = [
 ]
 
 
-def recording(samples):
-    """Noise, a line that sweeps, and motion, as counts, and where samples are lost."""
+def recording(samples, rail=None):
+    """Noise, a line that sweeps, and motion, as counts, and where samples are lost; two samples at
+    the rail."""
     noise, at = np.random.default_rng(7), np.arange(samples)
     line = 300 * np.sin(2 * np.pi * (0.1 + 0.1 * at / samples) * at)
     counts = np.rint(noise.normal(0, 30, samples) + line + 900 * np.sin(1e-3 * at)).astype(int)
+    if rail:
+        counts[[samples // 6, samples // 6 + 300]] = rail
     lost = np.zeros(samples, bool)
     lost[samples // 2 : samples // 2 + 70] = True
     lost[noise.integers(0, samples // 3, 5)] = True
     return counts, lost
 
 
-def floors(folder, words, summed, rail, block, filter):
+def floors(folder, words, summed, rail, block, filter, clip=False):
     """What floor_probe.c prints for a self-contained setup with these options."""
     done = run(
         [*words.split(), "--motion", "flight", "--core", "cortex-m4f", "-o", str(folder)]
@@ -104,7 +107,7 @@ def floors(folder, words, summed, rail, block, filter):
     made = [*STRICT, "-ffp-contract=off", *options, "davar.c", "program.c", "-lm", "-o", "program"]
     done = subprocess.run(["gcc", *made], text=True, capture_output=True, cwd=folder)
     assert (done.returncode, done.stderr) == (0, "")
-    counts, lost = recording(summed * block * 20)
+    counts, lost = recording(summed * block * 20, clip and rail // summed)
     lines = "\n".join("g" if gone else str(count) for count, gone in zip(counts, lost))
     done = subprocess.run([folder / "program"], input=lines, text=True, capture_output=True)
     assert done.returncode == 0, done.stdout.splitlines()[-1]
@@ -120,6 +123,14 @@ def test_the_floors_of_a_setup_are_those_of_the_library(flight, tmp_path):
     assert len(found) > 30
     assert {why for why, *_ in found[:3]} == {1}
     assert sum(why == 0 for why, *_ in found) > 20
+
+
+@pytest.mark.parametrize("flight", (FLIGHTS[0], FLIGHTS[4]))
+def test_a_clipped_sample_takes_the_value_also_within_a_sum(flight, tmp_path):
+    found = floors(tmp_path, *flight, clip=True)
+    why = [one[0] for one in found]
+    assert set(why) == {0, 1, 3}
+    assert why.count(3) >= 6  # of two runs
 
 
 def test_they_are_those_of_davar_sim(tmp_path):

@@ -53,9 +53,9 @@ static const char usage[] =
     "  --name NAME         name of the plan (default davar_ready_plan); declare it as\n"
     "                      extern davar_plan_t NAME; or extern const davar_floor_plan_t NAME;\n"
     "\n"
-    "For sums of N counts (davar/average.h), divide --rate and --lsb of a count by N, multiply "
-    "its\n"
-    "--rail by N, and end --bandwidth with sum:N.\n"
+    "For sums of N counts (davar/average.h), divide --rate and --lsb of a count by N, multiply\n"
+    "its --rail by N, and end --bandwidth with sum:N. For a sum with a sample at the rail, push\n"
+    "INT32_MAX.\n"
     "\n"
     "  --help\n"
     "\n"
@@ -250,7 +250,7 @@ static int read_number(const char *option, const char *value, double *number)
     *number = strtod(value, &end);
     return ((*end == '\0') && (*number >= 1e-12) && (*number <= 1e12))
                ? 0
-               : reject(option, "expected a number above 0", value);
+               : reject(option, "expected a number from 1e-12 to 1e12", value);
 }
 
 /* The same for a whole number. */
@@ -408,6 +408,12 @@ static int plan_floor(const request_t *request)
         return reject("--floor", davar_floor_status_text(made), NULL);
     }
     write_floor_plan(&plan, request->name);
+    if (plan.usable < DAVAR_FLOOR_NEEDED) {
+        (void)fprintf(stderr,
+                      "davar-plan: this floor has no value: the filter leaves %u usable "
+                      "frequencies of %u, and a value needs %u\n",
+                      (unsigned)plan.usable, DAVAR_FLOOR_BINS, DAVAR_FLOOR_NEEDED);
+    }
     return 0;
 }
 

@@ -38,6 +38,7 @@ void davar_floor_gap(davar_floor_t *floor)
 
 void davar_floor_delay(davar_floor_t *floor, uint8_t samples)
 {
+    DAVAR_ASSERT(samples <= 31U);
     floor->delay = samples;
     davar_floor_gap(floor);
 }

@@ -295,8 +295,13 @@ def of(data: dict[str, Any], path: StrPath) -> Model:
     terms = terms_of(data, path, column)
     check_lines(terms, rate, path)
     check_filters(terms, rate, path)
-    if any(term.kind == "follows" and term.parameters["column"] == column for term in terms):
-        raise BadInput(f"{path}: follows: {column} cannot follow itself")
+    for term in terms:
+        if term.kind in ("follows", "noise_follows") and term.parameters["column"] == column:
+            raise BadInput(f"{path}: {term.kind}: {column} cannot follow itself")
+        if term.kind == "noise_follows":
+            ends = term.parameters["origin"], term.parameters["reference"]
+            if abs(ends[1] - ends[0]) <= 1e-9 * max(map(abs, ends)) or max(map(abs, ends)) < 1e-30:
+                raise BadInput(f"{path}: noise_follows: reference must differ from origin")
     return Model(rate, column, terms)
 
 

@@ -33,8 +33,8 @@ class Chance:
         1e-4,
         "chance",
         "choice",
-        "of an effect that a model lacks, times the number of effects, below which it does not fit "
-        "without a word",
+        "of an effect that a model lacks, times the number of effects, below which the answer is "
+        "contested",
     )
     adequate_p: float = of(
         0.01,
@@ -700,6 +700,12 @@ class Doubt:
 class Change:
     """White noise that changes (inference/changes.py, modulation.py)."""
 
+    block_samples: int = of(
+        32,
+        "samples",
+        "choice",
+        "of a column per block, of which what it adds to the noise is a mean",
+    )
     restless_stretches: int = of(
         24, "stretches", "DESIGN 4", "of the record, whose levels are compared"
     )

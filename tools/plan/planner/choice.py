@@ -446,7 +446,7 @@ def _hidden(wishes: Wishes) -> Impossible:
 
 def _more_certain(wishes: Wishes) -> str | None:
     """The low-pass as a floor needs it, with the largest uncertainty in percent; None: no such."""
-    form = r"([^:+]+)(?::([12])(?::([^:+]+))?)?(\+.*)?"
+    form = r"([0-9.eE-]+)(?::([12])(?::([0-9.]+))?)?(\+.*)?"
     found = re.fullmatch(form, wishes.bandwidth or "")
     if not found or found[1] == "none":
         return None

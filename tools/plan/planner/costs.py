@@ -62,7 +62,7 @@ def ram_bytes(design: Design, sizes: dict[str, Any], other: int) -> int:
     total: int = axes * (round8(instance) + sizes["instance"])
     total += round8(base + of_tau * design.taus_max) + plan_bytes(design, sizes) + other
     if design.floor:
-        sums = sizes["average"] if design.floor.summed > 1 else 0
+        sums = sizes["average"] + 1 if design.floor.summed > 1 else 0  # 1: a flag
         total += axes * round8(sums + sizes["floor"] + 2 * sizes["floor_result"] + 2 * COUNTER)
     if design.cascade_taus:
         name = f"CASCADE_{NUMBER[design.wishes.type]}"

@@ -176,7 +176,7 @@ static struct {{
     davar_floor_result_t taken;  /* of davar_setup_floor */
     volatile uint32_t sequence;  /* odd while push writes `newest` */
     uint32_t seen;               /* sequence of `taken` */
-}} floors[DAVAR_SETUP_AXES];
+{clips}}} floors[DAVAR_SETUP_AXES];
 
 static void start_floor(size_t axis)
 {{
@@ -199,8 +199,17 @@ static void push_floor(size_t axis, const {sample} *samples, size_t count)
 FLOOR_PUSH = """        if (davar_floor_push(&floors[axis].window, &floor_plan, samples[i])) {
 """
 FLOOR_PUSH_SUM = """        int32_t sum;
-        if (davar_average_push(&floors[axis].sum, samples[i], &sum) &&
-            davar_floor_push(&floors[axis].window, &floor_plan, sum)) {
+        if ((samples[i] >= {rail}) || (samples[i] <= -{rail})) {{
+            floors[axis].clips = true;
+        }}
+        if (!davar_average_push(&floors[axis].sum, samples[i], &sum)) {{
+            continue;
+        }}
+        if (floors[axis].clips) {{ /* a sum hides it */
+            sum = INT32_MAX;
+            floors[axis].clips = false;
+        }}
+        if (davar_floor_push(&floors[axis].window, &floor_plan, sum)) {{
 """
 DELAY = """    davar_floor_delay(&floors[axis].window, (uint8_t)((axis * 32U) / DAVAR_SETUP_AXES));
 """
@@ -223,8 +232,14 @@ const davar_floor_result_t *davar_setup_floor(uint8_t axis)
 
 def _floor(design: Design, floor: floors.Floor) -> Part:
     plan, sums = floors.plan(design.wishes), floor.summed > 1
-    init = f"    davar_average_init(&floors[axis].sum, {floor.summed});\n"
-    gap = "        (void)davar_average_gap(&floors[a].sum, missing);\n"
+    init = (
+        f"    davar_average_init(&floors[axis].sum, {floor.summed});\n"
+        "    floors[axis].clips = false;\n"
+    )
+    gap = (
+        "        (void)davar_average_gap(&floors[a].sum, missing);\n"
+        "        floors[a].clips = false;\n"
+    )
     return Part(
         comment=FLOOR_COMMENT.format(
             block=floor.block,
@@ -236,10 +251,11 @@ def _floor(design: Design, floor: floors.Floor) -> Part:
         declarations=FLOOR.format(
             plan=plan.text if plan else "",
             sum="    davar_average_t sum;\n" * sums,
+            clips="    bool clips; /* the sum has a sample at the rail */\n" * sums,
             start=init * sums,
             delay=DELAY * (design.wishes.axes > 1),
             sample=SAMPLE[design.wishes.type],
-            push=FLOOR_PUSH_SUM if sums else FLOOR_PUSH,
+            push=FLOOR_PUSH_SUM.format(rail=floor.rail // floor.summed) if sums else FLOOR_PUSH,
         ),
         start="        start_floor(a);\n",
         push="push_floor({axis}, {samples}, {count});\n",

@@ -14,8 +14,9 @@ MOTIONS = ("none", "slow", "flight")
 AXES_MOST = 16
 FLAGS = ("--json", "--self-contained", "--simulate")
 OF_THE_PROGRAM = {  # options of the program in C
-    **dict.fromkeys(("--taus", "--long", "--name"), "the plan of a fit, where --taus"),
-    **dict.fromkeys(("--floor", "--rail"), "the plan of a floor, where --floor"),
+    **dict.fromkeys(("--taus", "--long"), "the plan of a fit: --taus must be"),
+    "--name": "the plan of a fit or a floor: --taus or --floor must be",
+    **dict.fromkeys(("--floor", "--rail"), "the plan of a floor: --floor must be"),
 }
 
 
@@ -157,7 +158,7 @@ def _values(words: Sequence[str], options: Sequence[str]) -> dict[str, str]:
     while rest:
         option, *inside = rest.pop(0).split("=", 1)
         if option in OF_THE_PROGRAM:
-            raise BadOption(f"{option}: only for {OF_THE_PROGRAM[option]} is the first word")
+            raise BadOption(f"{option}: only for {OF_THE_PROGRAM[option]} the first word")
         if option not in options or (option in FLAGS and inside):
             near = difflib.get_close_matches(option, options, 1)
             hint = f"; do you mean {near[0]}?" if near else ""

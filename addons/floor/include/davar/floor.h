@@ -134,12 +134,12 @@ typedef struct {
 void davar_floor_start(davar_floor_t *floor);
 
 /** For axes that get their samples together: lets the segments of this one end `samples` later, so
- * that their transforms take turns: 32 / axes apart. samples: at most 31. Call it after
+ * that their transforms take turns: 32 / axes apart. samples: at most 31 (asserted). Call it after
  * davar_floor_start. Cost: O(1). */
 void davar_floor_delay(davar_floor_t *floor, uint8_t samples);
 
-/** Adds a sample, in counts; of more than 24 bits, the lowest are rounded. Take the result before
- * the next push, or it is lost.
+/** Adds a sample, in counts; of more than 24 bits, the lowest are rounded. For a sum of counts with
+ * one at the rail, push INT32_MAX. Take the result before the next push, or it is lost.
  * @return True if a result is due.
  *
  * Cost: O(1); every 32nd sample a transform of 64 samples. */

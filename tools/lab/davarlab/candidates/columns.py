@@ -376,7 +376,8 @@ def tried(
     """Candidates on the logged columns, of `follows` one per column. gyro: the column of the
     model."""
     found = following(bench, parts, fit, gyro)
-    if all(part.kind != "noise_follows" for part in parts):
+    unsteady = bench.counts is not None and bench.counts.unsteady
+    if not unsteady and all(part.kind != "noise_follows" for part in parts):
         blocks = blocks or bench.blocks(parts, fit)
         found += noise_following(bench, parts, blocks, gyro)[:1]
     if "temp_degC" in bench.recording.columns and np.ptp(bench.recording.columns["temp_degC"]) > 0:

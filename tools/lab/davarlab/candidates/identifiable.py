@@ -257,7 +257,7 @@ def settled(found: list[Candidate], bench: Bench, parts: Sequence[Part]) -> Sett
     """(candidates, alternatives): the one that is to be named and join first; what cannot be told
     from it. (found, None) where heat is not the question."""
     if found and found[0].kind == "noise_step":
-        return noise_of_heat(found, bench, parts)
+        return noise_of_column(found, bench, parts)
     if not found or found[0].kind not in HEAT + NOISE + COURSES or not moving(bench.recording):
         return found, None
     bed = Bed(found, bench, parts)
@@ -286,31 +286,23 @@ def settled(found: list[Candidate], bench: Bench, parts: Sequence[Part]) -> Sett
     return first(found, heat.first), [alternative(heat.kind, kind) for kind in named]
 
 
-def noise_of_heat(found: list[Candidate], bench: Bench, parts: Sequence[Part]) -> Settled:
-    """A noise step may be the best interval of noise that goes with a column: that one comes
-    first when it explains more. Its gain in the ranking was divided by what stays restless, that of
-    the step was not."""
-    heat = next(
-        (
-            c
-            for c in found
-            if c.kind in ("temperature_noise", "noise_follows")
-            and c.log_p + np.log(len(found)) < np.log(CHANCE.family_wise)
-        ),
-        None,
-    )
-    if heat is None:
+def noise_of_column(found: list[Candidate], bench: Bench, parts: Sequence[Part]) -> Settled:
+    """A noise step may be the best interval of noise that goes with a column: that one comes first
+    when it explains more. Its gain in the ranking was divided by what stays restless, that of the
+    step was not."""
+    most = np.log(CHANCE.family_wise / len(found))
+    kinds = ("temperature_noise", "noise_follows")
+    moving = next((c for c in found if c.kind in kinds and c.log_p < most), None)
+    if moving is None:
         return found, None
     blocks = bench.blocks(parts, bench.fit(parts))
-    if heat.kind == "temperature_noise":
-        whole = modulation.best_growth(parts, bench.recording, blocks)[1]
-    else:
-        with_it, without = (
-            changes.fit(blocks, modulation.variance_shapes(each, bench.recording, blocks))[2]
-            for each in ([*parts, heat.part], parts)
-        )
-        whole = with_it - without
-    return (first(found, heat), []) if whole > found[0].gain + CHANCE.tell_apart else (found, None)
+    whole, without = (
+        changes.fit(blocks, modulation.variance_shapes(each, bench.recording, blocks))[2]
+        for each in ([*parts, moving.part], parts)
+    )
+    if whole - without > found[0].gain + CHANCE.tell_apart:
+        return first(found, moving), []
+    return found, None
 
 
 def outdone(found: list[Candidate], bed: Bed) -> list[Candidate]:

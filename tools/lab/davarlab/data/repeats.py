@@ -17,8 +17,10 @@ CLEAR = 0.01  # chance of equal samples, up to which each one that is equal is a
 APART = 6.0  # standard deviations
 BLOCK = 64  # samples with the same place of the bias in a count
 SELDOM = 0.5  # share of equal samples, from which an axis keeps its values for long anyway
+CALM = 0.8  # of the usual movement, around equal samples that are none of a sensor read too often
 HIDDEN_LEAST = 0.02  # repeats that are reported among samples that are equal by chance
 FINER = 0.1  # differences of two counts over those of one, from which the noise hides the counts
+FINE = 0.5  # the same, from which the place of the bias in a count matters little to equal samples
 
 
 @dataclass
@@ -67,27 +69,30 @@ def axes_of(columns: Mapping[str, Floats]) -> list[str]:
     return gyro or [name for name in columns if name.startswith("accel_")]
 
 
+def keep_apart(equal: Bools) -> bool:
+    """Do equal samples follow each other less often than at random. Those of a sensor that is read
+    once a sample follow each other more often, because its noise is smaller for a while or near the
+    middle of a count. A sensor that is read too often gives a fresh sample after one or a few
+    repeats.
+    """
+    share = float(equal[1:].mean())
+    together = (equal[2:] - share) * (equal[1:-1] - share)
+    return bool(together.mean() < -APART * share * (1 - share) / len(equal) ** 0.5)
+
+
 def hidden(x: Floats, equal: Bools, known: Bools) -> float | None:
     """The share of equal samples that counts explain, where there are more and they keep apart;
-    else None.
-
-    Equal samples of a sensor that is read once a sample follow each other more often than by
-    chance, because its noise is smaller for a while or near the middle of a count. A sensor that is
-    read too often gives a fresh sample after one or a few repeats.
-    """
+    else None."""
     chance, share = by_counts(x, known), float(equal[1:].mean())
-    if chance is None or not 0 < share < 1:
-        return None
-    together = (equal[2:] - share) * (equal[1:-1] - share)
-    if share < 1.2 * chance or together.mean() > -APART * share * (1 - share) / len(equal) ** 0.5:
+    if chance is None or share < 1.2 * chance or not keep_apart(equal):
         return None
     return chance
 
 
-def chance_of_equal(x: Floats, known: Bools) -> float:
+def chance_of_equal(x: Floats, known: Bools, least: float = 0.01) -> float:
     """Share of samples that equal the one before by their counts alone (from differences of one and
-    two counts, whose sizes fall as those of a Gaussian); 1 where the counts are too coarse to
-    say."""
+    two counts, whose sizes fall as those of a Gaussian); 1 where the counts are too coarse to say:
+    `least` differences of two over those of one."""
     steps = np.abs(np.diff(x))[known[1:] & known[:-1]]
     step = signals.count_of(x[known])
     if (
@@ -97,18 +102,12 @@ def chance_of_equal(x: Floats, known: Bools) -> float:
         return float(max(np.mean(np.round(steps / finest) == size) for size in (1, 2))) / 2
     sizes = np.round(steps / step)
     one, two = np.mean(sizes == 1), np.mean(sizes == 2)
-    return float(one / 2 * np.cbrt(one / two)) if two > 0.01 * one else 1.0
+    return float(one / 2 * np.cbrt(one / two)) if two > least * one else 1.0
 
 
-def by_one(x: Floats, known: Bools, both: Bools) -> Repeats | None:
-    """Repeats of a single axis, by its counts."""
-    equal = both & (np.diff(x, prepend=np.nan) == 0)
-    chance = chance_of_equal(x, known)
-    count, tries = np.count_nonzero(equal), np.count_nonzero(both)
-    if chance > CLEAR:
-        explained = hidden(x, equal, known)
-        if explained is not None:
-            return Repeats(equal, count / tries, explained, clear=False)
+def beyond(equal: Bools, tries: int, chance: float) -> Repeats | None:
+    """Repeats that are more than chance, where chance explains so few that they can be left out."""
+    count = np.count_nonzero(equal)
     if (
         chance > 0.1
         or count < 5
@@ -119,36 +118,57 @@ def by_one(x: Floats, known: Bools, both: Bools) -> Repeats | None:
     return Repeats(equal, count / tries, chance)
 
 
-def by_axes(columns: Mapping[str, Floats], axes: list[str], both: Bools) -> Repeats | None:
-    """Repeats of a sensor of several axes, whatever its counts and its noise: axes that are each
-    equal to the sample before by chance are so together no more often than the product of their
-    shares. In blocks, because motion and the place of the bias in a count change the shares.
-    """
-    same = np.array([np.diff(columns[name], prepend=np.nan) == 0 for name in axes])
-    length = np.count_nonzero(both) // BLOCK * BLOCK
-    if not length:
-        return None
-    blocks = same[:, both][:, :length].reshape(len(axes), -1, BLOCK)
-    shares, shared = blocks.mean(axis=2), blocks.all(axis=0).mean(axis=1)
-    beyond = shared - shares.prod(axis=0)
-    if beyond.mean() <= APART * max(beyond.std(), 1 / BLOCK) / len(beyond) ** 0.5:
-        return None
+def by_one(x: Floats, known: Bools, equal: Bools, tries: int) -> Repeats | None:
+    """Repeats of a single axis, by its counts."""
+    chance = chance_of_equal(x, known)
+    if chance > CLEAR:
+        explained = hidden(x, equal, known)
+        if explained is not None:
+            return Repeats(equal, np.count_nonzero(equal) / tries, explained, clear=False)
+    return beyond(equal, tries, chance)
 
+
+def by_axes(same: Bools, equal: Bools, both: Bools) -> Repeats | None:
+    """Repeats of a sensor of several axes (rows of `same`) whose counts hide them: axes that are
+    each equal to the sample before by chance are so together no more often than the product of
+    their shares. In blocks, because motion and the place of the bias in a count change the shares;
+    and only where they keep apart (see hidden), because a vibration of all axes changes them within
+    a block.
+    """
+    count = len(same)
+    length = np.count_nonzero(both) // BLOCK * BLOCK
+    if not length or not keep_apart(equal):
+        return None
+    blocks = same[:, both][:, :length].reshape(count, -1, BLOCK)
+    shares, shared = blocks.mean(axis=2), blocks.all(axis=0).mean(axis=1)
+    more = shared - shares.prod(axis=0)
+    if more.mean() <= APART * max(more.std(), 1 / BLOCK) / len(more) ** 0.5:
+        return None
     share = float(shared.mean())
 
     def chance_behind(repeated: float) -> float:
         """Share of fresh samples that are equal by chance, if so many are repeats."""
-        return float(np.mean((shares - repeated).prod(axis=0)) / (1 - repeated) ** len(axes))
+        return float(np.mean((shares - repeated).prod(axis=0)) / (1 - repeated) ** count)
 
     def off(repeated: float) -> float:
         return repeated + (1 - repeated) * chance_behind(repeated) - share
 
     most = min(share, float(shares.mean(axis=1).min()))
     repeated = float(scipy.optimize.brentq(off, 0.0, most)) if off(most) > 0 else most
-    chance = max(chance_behind(repeated), 0.0)
-    if chance > CLEAR and repeated < HIDDEN_LEAST:
+    if repeated < HIDDEN_LEAST:
         return None
-    return Repeats(both & same.all(axis=0), share, chance, chance <= CLEAR)
+    return Repeats(equal, share, max(chance_behind(repeated), 0.0), clear=False)
+
+
+def quiet_around(columns: Mapping[str, Floats], axes: list[str], equal: Bools) -> bool:
+    """Do the axes move less than usual before and after their equal samples: a vibration at its
+    turning points, or noise that is small for a while. A sample that is read twice is no calmer."""
+    moves = sum(np.abs(np.diff(columns[name])) / np.std(np.diff(columns[name])) for name in axes)
+    starts, lengths = runs_of(equal)
+    before, after = starts - 2, starts + lengths - 1  # places of differences
+    inside = (before >= 0) & (after < len(moves))
+    around = np.concatenate([moves[before[inside]], moves[after[inside]]])
+    return bool(len(around) and around.mean() < CALM * moves[~equal[1:]].mean())
 
 
 def find(columns: Mapping[str, Floats], known: Bools) -> Repeats | None:
@@ -156,15 +176,24 @@ def find(columns: Mapping[str, Floats], known: Bools) -> Repeats | None:
     if not known.any():
         return None
     both = known & np.concatenate([[False], known[:-1]])
-    axes = [name for name in axes_of(columns) if np.ptp(columns[name][known])]
-    several = [
-        name
-        for i, name in enumerate(axes)
-        if not any(np.array_equal(columns[name], columns[other]) for other in axes[:i])
-    ]
-    if len(several) > 1:
-        return by_axes(columns, several, both)
-    return by_one(columns[several[0]], known, both) if several else None
+    changes: dict[str, Bools] = {}
+    for name in axes_of(columns):  # neither a dead one nor one in other words
+        still = np.diff(columns[name], prepend=np.nan) == 0
+        if np.ptp(columns[name][known]) and not any(
+            np.array_equal(still, other) for other in changes.values()
+        ):
+            changes[name] = still
+    if not changes:
+        return None
+    axes, same = list(changes), np.array(list(changes.values()))
+    equal, tries = both & same.all(axis=0), np.count_nonzero(both)
+    if len(axes) == 1:
+        return by_one(columns[axes[0]], known, equal, tries)
+    chance = float(np.prod([chance_of_equal(columns[name], known, FINE) for name in axes]))
+    if chance > CLEAR:
+        return by_axes(same, equal, both)
+    found = beyond(equal, tries, chance)
+    return None if found and quiet_around(columns, axes, equal) else found
 
 
 def held(columns: Mapping[str, Floats], axis: str, known: Bools) -> Bools:

@@ -24,6 +24,10 @@ TOP_NEAREST = 512
 BAND_STEPS = np.concatenate([np.arange(0.25, 4, 0.5), 4 * 1.2 ** np.arange(20)])
 
 
+# Correlation of the sample-to-sample changes from which a column is another one in other words.
+COPY = 0.9
+
+
 def foretold(x: Floats) -> bool:
     """Does each sample follow from those before it, but for the rounding of the numbers: a counter,
     a pure sine, a pattern that repeats."""
@@ -215,3 +219,8 @@ def local_mean_square(x: Floats, window: int) -> Floats:
         / max(window - 1, 1)
     )
     return found
+
+
+def correlation(a: Floats, b: Floats) -> float:
+    spread = np.std(a) * np.std(b)
+    return float(np.mean((a - a.mean()) * (b - b.mean())) / spread) if spread > 0 else 0.0

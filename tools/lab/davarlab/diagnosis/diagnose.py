@@ -60,11 +60,11 @@ def diagnose(
         dict(way.doubtful),
         sorted(way.outdone - set(states[-1].model_kinds)) if added else [],
         way.ended,
-        against(states[-1], way, [part.kind for part in useless]) if adequate else [],
+        left_out(states[-1], way, [part.kind for part in useless]) if adequate else [],
     )
 
 
-def against(last: Judged, way: search.Search, useless: list[str]) -> list[Candidate]:
-    """What the search left out for another reason than chance, asked beside the last model."""
-    asked = {*useless, *way.doubtful, *(one.kind for one in evidence.against(way.last))}
-    return evidence.against(search.ranking(last, only=asked)) if asked else []
+def left_out(last: Judged, way: search.Search, useless: list[str]) -> list[Candidate]:
+    """What the search left out for another reason than chance, if the last model lacks it."""
+    kinds = {*useless, *way.doubtful, *(one.kind for one in evidence.contradicting(way.last))}
+    return evidence.contradicting(search.ranking(last, only=kinds)) if kinds else []

@@ -47,12 +47,15 @@ def why(candidate: Candidate, taken: float | None) -> str:
     return f"{gain}{odds if candidate.gain >= 0.05 else ''}{part}. {candidate.part.effect.physics}"
 
 
-def against(found: Iterable[Candidate]) -> list[Candidate]:
+def contradicting(found: Iterable[Candidate]) -> list[Candidate]:
     """What speaks against a model that fits: candidates beyond chance by far, as many as are tried,
     the likeliest of each kind."""
     most = np.log(CHANCE.against / len(table.TABLE))
     sure = sorted((one for one in found if one.log_p < most), key=lambda one: one.log_p)
-    return list({one.kind: one for one in reversed(sure)}.values())[::-1]
+    best: dict[str, Candidate] = {}
+    for one in sure:
+        best.setdefault(one.kind, one)
+    return list(best.values())
 
 
 def notes(

@@ -28,8 +28,6 @@ REFERENCE_DEGC = 25.0
 LAG = Parameter("lag_s", "s", 0, 1e6, default=0.0, optional=True)
 # Columns of which other effects know more; time is no cause.
 NOT_FOLLOWED = ("time", "temp_degC", "accel_")
-# Correlation of the sample-to-sample changes from which a column is the gyro itself in other words.
-COPY = 0.9
 CLOCKLIKE = 1e-6  # of its range, that a column may depart from a straight line to count as a clock
 
 
@@ -134,13 +132,10 @@ def may_follow(recording: Recording, gyro: str | None = None) -> list[str]:
         return found
     own = np.diff(recording.columns[gyro])
     return [
-        name for name in found if not abs(correlation(own, np.diff(recording.columns[name]))) > COPY
+        name
+        for name in found
+        if not abs(signals.correlation(own, np.diff(recording.columns[name]))) > signals.COPY
     ]
-
-
-def correlation(a: Floats, b: Floats) -> float:
-    spread = np.std(a) * np.std(b)
-    return float(np.mean((a - a.mean()) * (b - b.mean())) / spread) if spread > 0 else 0.0
 
 
 def growth(recording: Recording, relative: float) -> Floats:

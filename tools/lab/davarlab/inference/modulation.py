@@ -10,6 +10,7 @@ from ..arrays import Floats
 from ..data import signals
 from ..data.recording import Recording
 from ..effects import columns
+from ..effects.base import Values
 from ..effects.changes import vibration_square
 from ..thresholds import CHANGE
 from . import changes
@@ -33,8 +34,7 @@ def variance_shapes(parts: Sequence[Part], recording: Recording, blocks: Blocks)
                 )
             )
         if part.kind == "noise_follows":
-            x = block_means(columns.still(recording, part.shape["column"]), blocks)
-            rows.append(columns.added_variance(x, part.shape))
+            rows.append(added_variance(recording, part.shape, blocks))
         if part.kind == "noise_step":
             time = (np.arange(len(blocks.energy)) + 0.5) * blocks.period_s
             rows.append(
@@ -51,6 +51,17 @@ def white_growth(parts: Sequence[Part], recording: Recording, blocks: Blocks) ->
     if not relative:
         return np.ones(len(blocks.energy))
     found: Floats = np.exp(np.clip(2 * relative * block_temperature(recording, blocks), -40, 40))
+    return found
+
+
+def added_variance(recording: Recording, shape: Values, blocks: Blocks) -> Floats:
+    """The mean over each block of what a column adds, from some of its samples."""
+    key = ("noise course", shape["column"], blocks.length)
+    if key not in recording.measured:
+        x, count = columns.still(recording, shape["column"]), len(blocks.energy)
+        rows = x[: count * blocks.length].reshape(count, blocks.length)
+        recording.measured[key] = rows[:, :: max(1, blocks.length // CHANGE.block_samples)]
+    found: Floats = columns.added_variance(recording.measured[key], shape).mean(axis=1)
     return found
 
 

@@ -301,9 +301,9 @@ def answer(found: Improvement) -> str:
         return "unknown" if found.judgement.testable else "untestable"
     if found.added:
         return "effects"
-    if found.diagnosis.against:
-        return "contested"
-    return "fits" if found.comparison.adequate else "values"
+    if not found.comparison.adequate:
+        return "values"
+    return "contested" if found.diagnosis.against else "fits"
 
 
 def missing(given: str, added: Sequence[str]) -> str:
@@ -504,10 +504,11 @@ def of_recording(found: Improvement) -> tuple[str, str]:
     if given == "contested":
         return "missing", f"{final(found)} {contradicted(against)}"
     if given == "values":
-        return "missing", (
+        said = (
             "The model does not fit, because the values in the model file are off. With the same "
             f"effects refitted, {decapitalised(adequacy(found.judgement))}"
         )
+        return "missing", f"{said} {contradicted(against)}" if against else said
     whole = found.judgement.adequacy == "statistical" and not held_out_fails(found)
     return "good", f"{NOTHING} {final(found)}" if whole else final(found)
 

@@ -190,15 +190,12 @@ def ranking(outcome: Outcome, recording: Recording, ranked: Sequence[Candidate])
     """The candidates beside a fit. When none is significant: the sentences, the plain values of
     what is left unexplained, and the headline of a model that does not fit."""
     found = {"candidates": candidates(ranked), "nothing": [], "unknown": None, "against": []}
-    against = evidence.against(ranked)
-    if outcome.state.judgement.adequate and against:
-        contested = verdict.contested(outcome.state.judgement, against)
-        said = verdict.contradicted(against)
-        return {
-            "headline": contested,
-            **found,
-            "against": [one.kind for one in against],
-            "said": said,
+    contradicting = evidence.contradicting(ranked)
+    if outcome.state.judgement.adequate and contradicting:
+        return found | {
+            "headline": verdict.contested(outcome.state.judgement, contradicting),
+            "against": [one.kind for one in contradicting],
+            "said": verdict.contradicted(contradicting),
         }
     if search.significant(ranked):
         return found

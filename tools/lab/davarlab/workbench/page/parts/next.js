@@ -98,7 +98,7 @@ function write(made, card, best) {
   for (const child of [...made.children]) if (child !== add) child.remove();
   add.className = best && falls ? "candidate go big" : "candidate";
   add.disabled = !later; // nobody adds an effect before its result is shown
-  add.before(...[best ? element("div", { class: "kicker" }, element("span", {}, falls ? "Next: add" : now.view.adequate ? "Speaks against it" : "Next"), element("span", { class: "row" }, element("span", { class: "soft small" }, "evidence"), pips(one.gain))) : null,
+  add.before(...[best ? element("div", { class: "kicker" }, element("span", {}, falls ? "Next: add" : now.view.adequate ? "Significant, but below 5 %" : "Next"), element("span", { class: "row" }, element("span", { class: "soft small" }, "evidence"), pips(one.gain))) : null,
     element("h2", {}, titled(card)), to || element("span", { class: "to soft" }, "…"),
     later ? bar(before, later.error, later.floor, top()) : element("div", { class: "bar" }),
     element("p", { class: `soft say${falls ? "" : " rises"}`, title: others.length ? others.map((other) => other.note || other.confirm).join(" ") : one.confirm }, best ? null : pips(one.gain), say)].filter(Boolean));

@@ -3,6 +3,7 @@ import { reach } from "/page/chart/gauge.js";
 import { staircase } from "/page/chart/stairs.js";
 import { save } from "/page/chart/svg.js";
 import { expected } from "/page/parts/next.js";
+import { settled } from "/page/parts/head.js";
 import { acting, at, hear, now } from "/page/now.js";
 import { labelled } from "/page/words.js";
 
@@ -39,7 +40,7 @@ export function stairs() {
   if (!now.view) return;
   const steps = way().map((step) => ({ ...step, label: labelled(step.did), go: () => acting("Loading the step", "go", { number: step.number }) }));
   const last = steps.at(-1);
-  if (last) Object.assign(last, { error: now.drawn.error, floor: now.drawn.floor, good: now.drawn.moving ? false : now.view.adequate });
+  if (last) Object.assign(last, { error: now.drawn.error, floor: now.drawn.floor, good: now.drawn.moving ? false : settled() });
   staircase(at("staircase"), steps.filter((one) => one.error !== null), now.next || expected(), reach(now.all.steps));
 }
 
