@@ -4,8 +4,10 @@ is about an effect that is not there. States are generated; a few are reached by
 
 import functools
 import json
+import os
 import re
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace as Made
 
 import asking
@@ -227,7 +229,7 @@ def test_of_each_kind_the_likeliest_speaks_against_a_model():
         Candidate(kind, Part(kind, {"column": "a"}), 1.0, log_p)
         for kind, log_p in (("follows", -20.0), ("temperature", -90.0), ("follows", -100.0))
     ]
-    found.append(Candidate("rate_ramp", Part("rate_ramp"), 1.0, -10.0))  # may be chance
+    found.append(Candidate("rate_ramp", Part("rate_ramp"), 1.0, -6.0))  # may be chance
     against = evidence.contradicting(found)
     assert [(one.kind, one.log_p) for one in against] == [("follows", -100), ("temperature", -90)]
 
@@ -350,6 +352,34 @@ def test_an_effect_within_the_tolerance_is_named_by_terminal_and_page(dps):
         page = views.ranking(desk.of(text, True), made, desk.ranked(text, lambda said: None))
         assert "follows temp_degC" in page["headline"][1]
         assert page["against"][0].startswith("temperature")
+
+
+REAL = Path(os.environ.get("DAVAR_REAL_DATA", asking.ROOT.parent / "shared/data/real"))
+RECORDED = [  # an axis of each that takes seconds
+    (path, f"gyro_{axis}_dps")
+    for axis, path in zip(
+        "zxyzxy", sorted([*REAL.glob("mpu*"), *REAL.glob("rimu*"), *REAL.glob("sense*")])
+    )
+]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not RECORDED, reason="the real recordings are absent")
+@pytest.mark.parametrize(
+    "path, column", RECORDED, ids=lambda one: str(getattr(one, "name", one))[:18]
+)
+def test_terminal_and_page_give_the_same_answer(path, column):
+    made = recordings.read(path)
+    first = improve.fit(made, models.first(made.rate_hz, column))[1]
+    found = improve.improve(made, first)
+    desk, text = Desk(made, Sight(column)), models.text_of(first)
+    outcome = desk.of(text, True)
+    page = views.ranking(outcome, made, desk.ranked(text, lambda said: None))
+    fits = outcome.state.judgement.adequate
+    given = verdict.answer(found)
+    assert (given == "fits") == (fits and not page["against"]), (given, page["against"])
+    if given == "contested":
+        assert page["against"][0] == found.diagnosis.against[0].kind
 
 
 OFF = {"percent": 12.0, "ratio": 1.5, "tau_s": 2.0, "start_s": 0.0, "stop_s": 600.0}

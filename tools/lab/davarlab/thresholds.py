@@ -29,13 +29,6 @@ class Chance:
         "DESIGN 4.1, 7.2",
         "that any of the tests of one decision is beyond its bound by chance",
     )
-    against: float = of(
-        1e-4,
-        "chance",
-        "choice",
-        "of an effect that a model lacks, times the number of effects, below which the answer is "
-        "contested",
-    )
     adequate_p: float = of(
         0.01,
         "chance",

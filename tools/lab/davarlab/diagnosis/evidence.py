@@ -48,9 +48,9 @@ def why(candidate: Candidate, taken: float | None) -> str:
 
 
 def contradicting(found: Iterable[Candidate]) -> list[Candidate]:
-    """What speaks against a model that fits: candidates beyond chance by far, as many as are tried,
-    the likeliest of each kind."""
-    most = np.log(CHANCE.against / len(table.TABLE))
+    """What speaks against a model that fits: candidates beyond chance, as many as are tried, the
+    likeliest of each kind first."""
+    most = np.log(CHANCE.family_wise / len(table.TABLE))
     sure = sorted((one for one in found if one.log_p < most), key=lambda one: one.log_p)
     best: dict[str, Candidate] = {}
     for one in sure:

@@ -291,7 +291,7 @@ def of_comparison(comparison: Comparison) -> tuple[str, str]:
 
 def answer(found: Improvement) -> str:
     """Which answer a diagnosis is: "fits" (nothing is missing), "contested" (it fits, but an effect
-    that it lacks is beyond chance by far), "values" (those of the
+    that it lacks is beyond chance), "values" (those of the
     model file are off), "effects" (named ones are missing), "unknown" (something is missing that
     davarlab does not know), "implausible", "spoiled" or "untestable" (the recording permits no
     verdict)."""

@@ -67,7 +67,7 @@ function draw() {
   else if (!cards().length) fill("next", nothing(), rest(now.found));
   else {
     const shown = cards(), first = shown[0], kept = new Set(shown.flatMap(({ one, others }) => [one, ...others]));
-    fill("next", ...shown.map((card) => article(card, card === first)), rest(now.found.filter((one) => !kept.has(one)), shown.length));
+    fill("next", ...shown.map((card) => article(card, card === first)), rest(now.found.filter((one) => !kept.has(one))));
   }
   if (focused) document.querySelector(`#next button[data-kind="${focused}"]`)?.focus({ preventScroll: true });
   else if (left) document.querySelector("#next .best button")?.focus({ preventScroll: true }); // a step left it behind
@@ -113,8 +113,8 @@ function button(card, style) {
     onclick: () => add(one.place), onfocus: () => preview(card), onblur: () => preview(null) }, "Add");
 }
 
-function rest(found, shown = 0) {
-  const title = settled() || !shown ? `${found.length} tried, ${now.found.some((one) => one.beyond_chance) ? "none needed" : "none beyond chance"}` : `${found.length} more`;
+function rest(found) {
+  const title = now.found.some((one) => one.beyond_chance) ? `${found.length} more` : `${found.length} tried, none beyond chance`;
   return element("div", { class: "more soft" }, found.length ? element("details", { id: "more", ontoggle: (event) => event.target.open && event.target.scrollIntoView({ block: "start" }) }, element("summary", {}, title), element("div", { role: "group", "aria-label": "Other effects" },
     ...now.answer.nothing.map((said) => element("p", {}, said)),
     ...found.map((one) => element("div", { class: "row" }, element("span", { class: "grow", title: one.why }, capital(one.title)), button({ one, others: [] }, "candidate small"))))) : null,
