@@ -3,6 +3,7 @@ nothing of an old step can be used while another one is computed.
 """
 
 import math
+import random
 import re
 
 import pytest
@@ -58,6 +59,27 @@ def test_a_candidate_with_which_the_error_rises_makes_room_for_the_next(opened, 
     best = page.locator("#next > .best > .candidate")
     expect(best).to_have_attribute("data-kind", "temperature")
     expect(best).to_be_enabled()
+
+
+def test_a_fit_that_a_candidate_contradicts_is_nowhere_green(folder, opened, tabs):
+    """Both axes are white, so that two noises fit; one has a part of what a third column has."""
+
+    def third(i):
+        return random.Random(i).gauss(0, 0.2)
+
+    header = "time_s,gyro_x_dps,gyro_z_dps,vbat_V"
+    noise(folder / "rec.csv", header, lambda i: 0.0, lambda i: 0.1 * third(i), third)
+    page = tabs.open(opened("rec.csv"))
+    for axis, fits in (("gyro_x_dps", True), ("gyro_z_dps", False)):
+        page.select_option("#axis", axis)
+        settled, answer = "settled" if fits else "", "The model fits" if fits else "vbat_V"
+        expect(page.locator("#headline h1")).to_contain_text(answer)
+        expect(page.locator("#head")).to_have_class(re.compile(f"^head {settled}$"))
+        tab(page, "axes")
+        row = page.locator("#all-axes tr", has=page.locator(f"[data-axis={axis}]")).locator("td")
+        expect(row.nth(0)).to_have_class("good" if fits else "")
+        expect(row.nth(1)).to_have_text("Nothing" if fits else re.compile("vbat_V"))
+        tab(page, "fit")
 
 
 @pytest.mark.parametrize("finger", [False, True], ids=["mouse", "finger"])

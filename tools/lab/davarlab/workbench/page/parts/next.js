@@ -45,7 +45,7 @@ function trying(what, found = []) {
 }
 
 // Is it known that the error does not fall, or by less than one sees, with a candidate.
-const rises = (one) => foreseen.get(one.place)?.error > 0.99 * now.view.error;
+const rises = (one) => now.found?.includes(one) && foreseen.get(one.place)?.error > 0.99 * now.view.error;
 
 // The candidates by cards: those of the same physics together, the best of them in front. First come those with which the error falls.
 export function cards(found = now.found) {

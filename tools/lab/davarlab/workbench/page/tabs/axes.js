@@ -58,7 +58,10 @@ function keep() {
   return rows;
 }
 
-const missing = (row) => (row.adequate ? "Nothing" : row.unknown ? "No known effect" : cards(row.candidates).slice(0, 1).map(named).join("") || "Not determined");
+// As on the tab of the axis: a fit that a significant candidate contradicts is not green.
+const settled = (row) => row.adequate && !row.against.length;
+
+const missing = (row) => (settled(row) ? "Nothing" : row.unknown ? "No known effect" : cards(row.candidates).slice(0, 1).map(named).join("") || "Not determined");
 
 async function open(sensor, column) {
   select("fit");
@@ -86,7 +89,7 @@ function line(sensor, column, kinds) {
   const button = element("button", { class: "link", "data-axis": column, "data-of": sensor, "aria-current": here && column === now.all.column ? "true" : null, onclick: () => open(sensor, column) }, column);
   const rest = !row ? [element("td", { colspan: 2 + kinds.length, class: "soft" }, tried.axis === column && tried.of === sensor ? `${capital(tried.trying)} …` : "Waiting …")]
     : row.error ? [element("td", { colspan: 2 + kinds.length, class: "soft" }, row.error)]
-    : [element("td", { class: row.adequate ? "good" : null }, row.headline.join(" ").replaceAll(" ,", ",")), element("td", {}, missing(row)), ...kinds.map(([kind]) => value(row, kind))];
+    : [element("td", { class: settled(row) ? "good" : null }, row.headline.join(" ").replaceAll(" ,", ",")), element("td", {}, missing(row)), ...kinds.map(([kind]) => value(row, kind))];
   return element("tr", {}, element("th", { scope: "row" }, button), ...rest);
 }
 
