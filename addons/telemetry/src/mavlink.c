@@ -34,8 +34,7 @@ static void mavlink_open(const davar_telemetry_t *telemetry, uint32_t message,
 {
     davar_packet_put(packet, MAVLINK_START, 4U); /* length and flags: 0 so far */
     davar_packet_put(packet, (uint32_t)telemetry->sequence + telemetry->heartbeats, 1U);
-    davar_packet_put(packet, telemetry->from.system, 1U);
-    davar_packet_put(packet, telemetry->from.node, 1U);
+    davar_packet_put(packet, telemetry->from.system | ((uint32_t)telemetry->from.node << 8U), 2U);
     davar_packet_put(packet, message, 3U);
 }
 
@@ -59,25 +58,21 @@ static void fill_named(const davar_telemetry_t *telemetry, const char *name, uin
                        davar_packet_t *packet)
 {
     mavlink_open(telemetry, NAMED_VALUE_FLOAT, packet);
-    davar_packet_put(packet, telemetry->time_us / 1000U, 4U);
+    davar_packet_put(packet, (uint32_t)(telemetry->time_us / 1000U), 4U);
     davar_packet_put(packet, bits, 4U);
     davar_packet_put_text(packet, name);
     davar_packet_put(packet, davar_axis_letter(telemetry->from.channel), 1U);
     mavlink_close(NAMED_VALUE_FLOAT_EXTRA, packet);
 }
 
-static uint32_t floor_bits(const davar_telemetry_t *telemetry)
+static uint32_t floor_bits(float value)
 {
-    return davar_single_bits(davar_single_magnitude((double)telemetry->floor->value));
+    return davar_single_bits(davar_single_magnitude((double)value));
 }
 
-static void put_floor(davar_packet_t *packet, const davar_telemetry_t *telemetry)
+static void put_single(davar_packet_t *packet, float value)
 {
-    const davar_floor_result_t *const floor = telemetry->floor;
-    davar_packet_put(packet, floor_bits(telemetry), 4U);
-    davar_packet_put(packet, davar_single_bits(davar_single_magnitude((double)floor->low)), 4U);
-    davar_packet_put(packet, davar_single_bits(davar_single_limit((double)floor->high)), 4U);
-    davar_packet_put(packet, davar_single_bits((double)floor->why), 4U);
+    davar_packet_put(packet, davar_bits_of_float(value), 4U);
 }
 
 /* time_usec, array_id, name (10 bytes), data: the quantities, window_samples, state, epoch modulo
@@ -86,16 +81,20 @@ static void fill_array(const davar_telemetry_t *telemetry, davar_packet_t *packe
 {
     const davar_result_t *result = telemetry->result;
     mavlink_open(telemetry, DEBUG_FLOAT_ARRAY, packet);
-    davar_packet_put(packet, telemetry->time_us, 8U);
+    davar_packet_put_time(packet, telemetry->time_us);
     davar_packet_put(packet, telemetry->from.channel, 2U);
     davar_packet_put_text(packet, "davar");
     davar_packet_put(packet, 0U, 5U);
     davar_packet_put_quantities(packet, telemetry);
-    davar_packet_put(packet, davar_single_bits((double)result->window_samples), 4U);
-    davar_packet_put(packet, davar_single_bits((double)davar_quantity_state(telemetry)), 4U);
-    davar_packet_put(packet, davar_single_bits((double)(result->epoch & EPOCH_MASK)), 4U);
+    put_single(packet, (float)result->window_samples);
+    put_single(packet, (float)davar_quantity_state(telemetry));
+    put_single(packet, (float)(result->epoch & EPOCH_MASK));
     if (telemetry->floor != NULL) {
-        put_floor(packet, telemetry);
+        davar_packet_put(packet, floor_bits(telemetry->floor->value), 4U);
+        davar_packet_put(packet, floor_bits(telemetry->floor->low), 4U);
+        davar_packet_put(packet,
+                         davar_single_bits(davar_single_limit((double)telemetry->floor->high)), 4U);
+        put_single(packet, (float)telemetry->floor->why);
     }
     mavlink_close(DEBUG_FLOAT_ARRAY_EXTRA, packet);
 }
@@ -109,7 +108,7 @@ static void mavlink_fill(const davar_telemetry_t *telemetry, davar_packet_t *pac
     } else if (telemetry->index == 2U) {
         fill_array(telemetry, packet);
     } else {
-        fill_named(telemetry, "FLR_", floor_bits(telemetry), packet);
+        fill_named(telemetry, "FLR_", floor_bits(telemetry->floor->value), packet);
     }
 }
 
@@ -117,7 +116,7 @@ static void mavlink_fill(const davar_telemetry_t *telemetry, davar_packet_t *pac
 static void fill_gyro_noise(const davar_telemetry_t *telemetry, davar_packet_t *packet)
 {
     mavlink_open(telemetry, GYRO_NOISE, packet);
-    davar_packet_put(packet, telemetry->time_us, 8U);
+    davar_packet_put_time(packet, telemetry->time_us);
     davar_packet_put_result(packet, telemetry);
     mavlink_close(GYRO_NOISE_EXTRA, packet);
 }
@@ -134,10 +133,8 @@ static void mavlink_fill_heartbeat(const davar_telemetry_t *telemetry, uint32_t 
     (void)uptime_s;
     mavlink_open(telemetry, HEARTBEAT, packet);
     davar_packet_put(packet, 0U, 4U);
-    davar_packet_put(packet, MAV_TYPE_ONBOARD_CONTROLLER, 1U);
-    davar_packet_put(packet, MAV_AUTOPILOT_INVALID, 1U);
-    davar_packet_put(packet, 0U, 1U);
-    davar_packet_put(packet, MAV_STATE_ACTIVE, 1U);
+    davar_packet_put(packet, MAV_TYPE_ONBOARD_CONTROLLER | (MAV_AUTOPILOT_INVALID << 8U), 2U);
+    davar_packet_put(packet, MAV_STATE_ACTIVE << 8U, 2U); /* base_mode: 0 */
     davar_packet_put(packet, MAVLINK_VERSION, 1U);
     mavlink_close(HEARTBEAT_EXTRA, packet);
 }

@@ -56,12 +56,20 @@ uint8_t davar_quantity_state(const davar_telemetry_t *telemetry)
     return (uint8_t)state;
 }
 
-void davar_packet_put(davar_packet_t *packet, uint64_t value, uint32_t bytes)
+void davar_packet_put(davar_packet_t *packet, uint32_t value, uint32_t bytes)
 {
+    uint32_t rest = value;
     for (uint32_t i = 0U; i < bytes; i++) {
-        packet->data[packet->length] = (uint8_t)(value >> (8U * i));
+        packet->data[packet->length] = (uint8_t)rest;
         packet->length++;
+        rest >>= 8U;
     }
+}
+
+void davar_packet_put_time(davar_packet_t *packet, uint64_t time_us)
+{
+    davar_packet_put(packet, (uint32_t)time_us, 4U);
+    davar_packet_put(packet, (uint32_t)(time_us >> 32U), 4U);
 }
 
 void davar_packet_put_text(davar_packet_t *packet, const char *text)
@@ -81,7 +89,7 @@ void davar_packet_put_quantities(davar_packet_t *packet, const davar_telemetry_t
 void davar_packet_put_result(davar_packet_t *packet, const davar_telemetry_t *telemetry)
 {
     const davar_result_t *result = telemetry->result;
-    davar_packet_put(packet, result->epoch, 4U);
+    davar_packet_put(packet, (uint32_t)result->epoch, 4U);
     davar_packet_put(packet, result->window_samples, 4U);
     davar_packet_put_quantities(packet, telemetry);
     davar_packet_put(packet, telemetry->from.channel, 1U);
