@@ -70,11 +70,6 @@ static uint32_t floor_bits(float value)
     return davar_single_bits(davar_single_magnitude((double)value));
 }
 
-static void put_single(davar_packet_t *packet, float value)
-{
-    davar_packet_put(packet, davar_bits_of_float(value), 4U);
-}
-
 /* time_usec, array_id, name (10 bytes), data: the quantities, window_samples, state, epoch modulo
  * 2^24, which a float32 holds; with a floor, that with its limits and why */
 static void fill_array(const davar_telemetry_t *telemetry, davar_packet_t *packet)
@@ -86,15 +81,15 @@ static void fill_array(const davar_telemetry_t *telemetry, davar_packet_t *packe
     davar_packet_put_text(packet, "davar");
     davar_packet_put(packet, 0U, 5U);
     davar_packet_put_quantities(packet, telemetry);
-    put_single(packet, (float)result->window_samples);
-    put_single(packet, (float)davar_quantity_state(telemetry));
-    put_single(packet, (float)(result->epoch & EPOCH_MASK));
+    davar_packet_put(packet, davar_bits_of_float((float)result->window_samples), 4U);
+    davar_packet_put(packet, davar_bits_of_float((float)davar_quantity_state(telemetry)), 4U);
+    davar_packet_put(packet, davar_bits_of_float((float)(result->epoch & EPOCH_MASK)), 4U);
     if (telemetry->floor != NULL) {
         davar_packet_put(packet, floor_bits(telemetry->floor->value), 4U);
         davar_packet_put(packet, floor_bits(telemetry->floor->low), 4U);
         davar_packet_put(packet,
                          davar_single_bits(davar_single_limit((double)telemetry->floor->high)), 4U);
-        put_single(packet, (float)telemetry->floor->why);
+        davar_packet_put(packet, davar_bits_of_float((float)telemetry->floor->why), 4U);
     }
     mavlink_close(DEBUG_FLOAT_ARRAY_EXTRA, packet);
 }

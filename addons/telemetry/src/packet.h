@@ -35,10 +35,8 @@ uint8_t davar_quantity_state(const davar_telemetry_t *telemetry);
 /* The axis in a name: X, Y, Z, 3, ... 9. */
 uint8_t davar_axis_letter(uint8_t channel);
 
-/* Appends the low `bytes` bytes of a value, little endian; zeros after the fourth. */
+/* Append the low `bytes` bytes of a value, zeros after the fourth; a time in 8. Little endian. */
 void davar_packet_put(davar_packet_t *packet, uint32_t value, uint32_t bytes);
-
-/* Appends a time in 8 bytes. */
 void davar_packet_put_time(davar_packet_t *packet, uint64_t time_us);
 
 /* Appends the characters of a text. */
