@@ -170,7 +170,8 @@ def test_two_tabs_show_one_state_and_a_slider_is_followed(folder, opened, tabs):
     ranked(one)  # values by hand keep the list
     unfold(one, "bias_instability")
     one.get_by_label("Remove bias instability").click()
-    expect(two.locator(".effect.off")).to_have_count(1)
+    for page in (one, two):
+        expect(page.locator(".effect.off")).to_have_count(1)
     two.get_by_label("Restore bias instability").click()
     expect(one.locator(".effect.off")).to_have_count(0)
     assert len(bench.ask("all")["steps"]) == 4
