@@ -12,7 +12,7 @@ typedef struct {
     bool present; /* false: davar has no value; ignore value and low */
     float value;
     float low;
-    float high; /* without a value, an upper limit; 0: there is none */
+    float high; /* without a value, an upper limit; 0: none */
 } davar_gyro_noise_t;
 
 typedef struct {

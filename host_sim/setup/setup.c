@@ -14,8 +14,6 @@
  * that is longer by this factor is not too long. */
 #define REACHES (1.0 + 1e-6)
 
-#define FLOOR_SLOW_HZ 800.0 /* below, the window of a floor has half as many samples */
-
 static uint32_t either(const optional_u32_t *option, uint32_t otherwise)
 {
     return option->given ? option->value : otherwise;
@@ -271,7 +269,6 @@ bool setup_floor(const davar_config_t *config, davar_port_number_t number,
     const davar_floor_config_t wanted = {.rate_hz = config->rate_hz,
                                          .unit_per_count = config->unit_per_count,
                                          .rail = (int32_t)((UINT32_C(1) << (bits - 1U)) - 1U),
-                                         .block = (config->rate_hz < FLOOR_SLOW_HZ) ? 128U : 256U,
                                          .filter = filter};
     if (filter == NULL) {
         return sim_fail(error,

@@ -8,7 +8,7 @@ import subprocess
 
 import numpy as np
 import pytest
-from planner_case import ROOT, SIM, command, planned, refused, run
+from planner_case import ROOT, SIM, choice, command, planned, refused, run
 
 PROBE = (ROOT / "tests/tools/floor_probe.c").read_text()
 STRICT = ("-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-O1")
@@ -205,6 +205,13 @@ def test_a_wish_without_a_floor_is_one_line(words, said):
     done = command(in_flight(words))
     assert (done.status, done.out, done.err.count("\n")) == (2, "", 1)
     assert re.match(f"davar-plan: --motion: flight .*{said}", done.err), done.err
+
+
+def test_the_limits_of_usable_frequencies_are_those_of_the_library():
+    header = (ROOT / "addons/floor/include/davar/floor.h").read_text()
+    for name in ("NEEDED", "LIMITED"):
+        stated = re.search(rf"#define DAVAR_FLOOR_{name} (\d+)U", header)
+        assert getattr(choice.floors, name) == int(stated[1])
 
 
 @pytest.mark.parametrize(

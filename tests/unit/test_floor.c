@@ -94,13 +94,31 @@ static void test_a_plan_names_what_is_wrong(void)
     for (uint32_t block = 0U; block <= 8192U; block += 32U) {
         config = usual();
         config.block = (uint16_t)block;
-        const bool is_good = (block >= 64U) && (block <= 4096U) && ((block % 64U) == 0U);
+        const bool is_good = (block <= 4096U) && ((block % 64U) == 0U);
         TEST_ASSERT_EQUAL(is_good ? DAVAR_FLOOR_OK : DAVAR_FLOOR_ERR_BLOCK,
                           davar_floor_plan(&plan, &config));
     }
     config = usual();
     config.filter = &narrow;
     TEST_ASSERT_EQUAL(DAVAR_FLOOR_ERR_FILTER, davar_floor_plan(&plan, &config));
+}
+
+static void test_the_usual_block_depends_on_the_rate(void)
+{
+    const struct {
+        double rate_hz;
+        uint16_t block;
+    } cases[] = {{50.0, 128U}, {799.9, 128U}, {800.0, 256U}, {8000.0, 256U}};
+    for (uint32_t i = 0U; i < 4U; i++) {
+        davar_floor_config_t config = usual();
+        davar_floor_plan_t stated;
+        config.rate_hz = cases[i].rate_hz;
+        config.block = cases[i].block;
+        TEST_ASSERT_EQUAL(DAVAR_FLOOR_OK, davar_floor_plan(&stated, &config));
+        config.block = 0U;
+        TEST_ASSERT_EQUAL(DAVAR_FLOOR_OK, davar_floor_plan(&plan, &config));
+        TEST_ASSERT_EQUAL(stated.segments, plan.segments);
+    }
 }
 
 static void test_every_status_and_reason_has_a_text(void)
@@ -395,6 +413,7 @@ int main(void)
     RUN_TEST(test_three_flights_and_eight_windows_are_needed);
     RUN_TEST(test_the_transform_is_that_of_the_definition);
     RUN_TEST(test_a_plan_names_what_is_wrong);
+    RUN_TEST(test_the_usual_block_depends_on_the_rate);
     RUN_TEST(test_every_status_and_reason_has_a_text);
     RUN_TEST(test_a_result_comes_after_each_block_and_a_value_after_four);
     RUN_TEST(test_a_line_hides_neither_the_density_nor_where_it_is_quiet);

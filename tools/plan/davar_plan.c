@@ -15,7 +15,6 @@
 
 #define TAU_MAX 8388608U            /* half of the longest possible window */
 #define CASCADE_TAU_MAX 2147483648U /* of a cascade */
-#define SLOW_HZ 800.0               /* below, the block of a floor has half as many samples */
 
 static const char usage[] =
     "usage: davar-plan --taus M,M,... [--long M,M,...] [--bandwidth FILTER --rate HZ] [--name "
@@ -401,7 +400,6 @@ static int plan_floor(const request_t *request)
     const davar_floor_config_t config = {.rate_hz = request->rate_hz,
                                          .unit_per_count = request->lsb,
                                          .rail = (request->rail > 0) ? request->rail : 32767,
-                                         .block = (request->rate_hz < SLOW_HZ) ? 128U : 256U,
                                          .filter = &filter};
     const davar_floor_status_t made = davar_floor_plan(&plan, &config);
     if (made != DAVAR_FLOOR_OK) {

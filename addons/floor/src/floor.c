@@ -19,9 +19,8 @@
 #define FLOOR_WRONG_CHOICE 0.0009F /* variance by wrong choices, relative */
 #define FLOOR_CHANGING_MOST 4.0F   /* variance of the density in the window, relative */
 #define FLOOR_DEGREES_LEAST 8.0F
-#define FLOOR_COARSE 1.5F     /* times the variance of rounding, below which that hides the noise */
-#define FLOOR_DITHER 0.29F    /* half the mean square step, below which rounding is not white */
-#define FLOOR_USABLE_LEAST 8U /* frequencies, below which not even a limit is there */
+#define FLOOR_COARSE 1.5F  /* times the variance of rounding, below which that hides the noise */
+#define FLOOR_DITHER 0.29F /* half the mean square step, below which rounding is not white */
 #define FLOOR_NORMAL_95 1.96F
 #define FLOOR_CUBE_LEAST 1e-4F
 #define FLOOR_QUARTER_MOST 8U
@@ -389,9 +388,9 @@ void davar_floor_take(davar_floor_t *floor, const davar_floor_plan_t *plan,
     window_t window = {.segments = 0.0F};
     *result = (davar_floor_result_t){.value = NAN, .low = NAN, .high = HUGE_VALF};
     read_blocks(floor, plan, &window, result);
-    if (!(window.segments > 0.0F) || (plan->usable < FLOOR_USABLE_LEAST)) {
+    if (!(window.segments > 0.0F) || (plan->usable < DAVAR_FLOOR_LIMITED)) {
         result->why =
-            (plan->usable < FLOOR_USABLE_LEAST) ? DAVAR_FLOOR_NARROW : DAVAR_FLOOR_FILLING;
+            (plan->usable < DAVAR_FLOOR_LIMITED) ? DAVAR_FLOOR_NARROW : DAVAR_FLOOR_FILLING;
         floor->is_due = false;
         return;
     }

@@ -9,6 +9,7 @@
 #define FLOOR_DOUBT_MOST 0.3   /* standard error of the density there, by the filter, relative */
 #define FLOOR_BLOCK_LEAST 64U
 #define FLOOR_BLOCK_MOST 4096U
+#define FLOOR_SLOW_HZ 800.0 /* below, the usual block has half as many samples */
 
 const char *davar_floor_status_text(davar_floor_status_t status)
 {
@@ -22,7 +23,7 @@ const char *davar_floor_status_text(davar_floor_status_t status)
     case DAVAR_FLOOR_ERR_RAIL:
         return "rail is below 1";
     case DAVAR_FLOOR_ERR_BLOCK:
-        return "block is not a multiple of 64 from 64 to 4096";
+        return "block is not 0 and not a multiple of 64 from 64 to 4096";
     case DAVAR_FLOOR_ERR_FILTER:
         return "the filter is not valid";
     default:
@@ -60,9 +61,6 @@ static bool is_usual(double value)
 
 static davar_floor_status_t check_floor(const davar_floor_config_t *config)
 {
-    const bool is_block = (config->block >= FLOOR_BLOCK_LEAST) &&
-                          (config->block <= FLOOR_BLOCK_MOST) &&
-                          ((config->block % FLOOR_BLOCK_LEAST) == 0U);
     if (!is_usual(config->rate_hz)) {
         return DAVAR_FLOOR_ERR_RATE;
     }
@@ -72,7 +70,7 @@ static davar_floor_status_t check_floor(const davar_floor_config_t *config)
     if (config->rail < 1) {
         return DAVAR_FLOOR_ERR_RAIL;
     }
-    if (!is_block) {
+    if ((config->block > FLOOR_BLOCK_MOST) || ((config->block % FLOOR_BLOCK_LEAST) != 0U)) {
         return DAVAR_FLOOR_ERR_BLOCK;
     }
     return ((config->filter != NULL) && !davar_filter_is_valid(config->filter))
@@ -139,6 +137,8 @@ davar_floor_status_t davar_floor_plan(davar_floor_plan_t *plan, const davar_floo
     }
     plan->unit = (float)(60.0 * config->unit_per_count / davar_root(config->rate_hz));
     plan->rail = config->rail;
-    plan->segments = (uint16_t)(config->block / FLOOR_HOP);
+    const uint32_t usual = (config->rate_hz < FLOOR_SLOW_HZ) ? 128U : 256U;
+    const uint32_t block = (config->block > 0U) ? (uint32_t)config->block : usual;
+    plan->segments = (uint16_t)(block / FLOOR_HOP);
     return DAVAR_FLOOR_OK;
 }

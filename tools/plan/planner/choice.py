@@ -453,8 +453,8 @@ def _more_certain(wishes: Wishes) -> str | None:
     hz, order, percent, after = found[1], found[2] or "2", found[3] or "10", found[4] or ""
     for less in range(math.ceil(float(percent)) - 1, 0, -1):
         bandwidth = f"{hz}:{order}:{less}{after}"
-        plan = floors.plan(replace(wishes, bandwidth=bandwidth))
-        if plan and plan.usable >= floors.NEEDED:
+        floor = floors.floor(replace(wishes, bandwidth=bandwidth))
+        if floor and floor.usable >= floors.NEEDED:
             return bandwidth
     return None
 
@@ -495,7 +495,7 @@ def _hints(wishes: Wishes, missed: Iterable[str], relaxed: Iterable[Relaxed]) ->
 
 def plan(wishes: Wishes) -> Plan:
     """The plan for the wishes. Raises Impossible, or BadOption for a filter."""
-    floor = floors.plan(wishes)
+    floor = floors.floor(wishes)
     if floor and floor.usable < floors.NEEDED:
         raise _narrow(wishes, floor.usable)
     found = find(wishes)

@@ -2,30 +2,35 @@
 
 import re
 from dataclasses import dataclass
-from typing import NamedTuple
 
 from . import programs
 from .wishes import BadOption, Wishes
 
 FAST_HZ = 1000.0  # a floor works on sums of counts that come faster, at twice that or more
 SLOWEST_HZ = 400.0  # of the sums, if a low-pass leaves too few frequencies of faster ones
-SLOW_HZ = 800.0  # below, its block has half as many samples
 SUMMED_MOST = 255  # so that a sum of 24 bits has 32
 BITS = {"int16": 16, "int32": 24}  # of a count
+HOP = 32  # samples from segment to segment
 NEEDED = 23  # usable frequencies for a value, DAVAR_FLOOR_NEEDED
-LIMITED = 8  # and for an upper limit
+LIMITED = 8  # and for an upper limit, DAVAR_FLOOR_LIMITED
 
 
 @dataclass(frozen=True)
 class Floor:
-    """What the floors of all axes work on: samples, or sums of them."""
+    """What the floors of all axes work on: samples, or sums of them; and their plan."""
 
     summed: int  # samples in a sum
     rate_hz: float
     lsb: float
     rail: int
-    block: int  # sums between results; a window has four blocks and 32
-    bandwidth: str  # with that of the sums
+    plan: str  # an initialiser in C
+    segments: int  # of a block
+    usable: int  # frequencies
+
+    @property
+    def block(self) -> int:
+        """Sums between results."""
+        return HOP * self.segments
 
     @property
     def every_s(self) -> float:
@@ -33,33 +38,44 @@ class Floor:
 
     @property
     def window_s(self) -> float:
-        return (4 * self.block + 32) / self.rate_hz
+        return (4 * self.block + HOP) / self.rate_hz
 
 
 def floor(wishes: Wishes) -> Floor | None:
     """The floor of a setup for flight; None: it has none. The fewest samples in a sum behind which
-    enough frequencies are usable, or that leave most of them."""
+    enough frequencies are usable, or that leave most of them. Raises BadOption."""
     if wishes.motion != "flight" or wishes.lsb is None or wishes.bandwidth is None:
         return None
+    programs.passed_samples(wishes.bandwidth, wishes.rate_hz)  # is the filter itself good?
     least = min(max(1, int(wishes.rate_hz // FAST_HZ)), SUMMED_MOST)
     most = min(max(least, int(wishes.rate_hz // SLOWEST_HZ)), SUMMED_MOST)
-    choices = [
-        _of(wishes, wishes.lsb, wishes.bandwidth, summed) for summed in range(least, most + 1)
-    ]
-    enough = (one for one in choices if _usable(one) >= NEEDED)
-    return next(enough, None) or max(choices, key=_usable)
+    best = None
+    for summed in range(least, most + 1):
+        one = _planned(wishes, wishes.lsb, _of_sums(wishes.bandwidth, summed), summed)
+        if one and one.usable >= NEEDED:
+            return one
+        if one and (best is None or one.usable > best.usable):
+            best = one
+    if best is None:
+        raise BadOption(
+            f"--motion: flight works on sums of {least} samples at this rate, and "
+            f"{_of_sums(wishes.bandwidth, least)} is too long a filter: push samples before it"
+        )
+    return best
 
 
-def _of(wishes: Wishes, lsb: float, bandwidth: str, summed: int) -> Floor:
-    rate = wishes.rate_hz / summed
-    return Floor(
-        summed,
-        rate,
-        lsb / summed,
-        rail=summed * (2 ** (BITS[wishes.type] - 1) - 1),
-        block=128 if rate < SLOW_HZ else 256,
-        bandwidth=_of_sums(bandwidth, summed),
-    )
+def _planned(wishes: Wishes, lsb: float, bandwidth: str, summed: int) -> Floor | None:
+    """None for a filter that the library rejects."""
+    rate, rail = wishes.rate_hz / summed, summed * (2 ** (BITS[wishes.type] - 1) - 1)
+    words = ["--rate", repr(rate), "--lsb", repr(lsb / summed), "--rail", str(rail)]
+    try:
+        text = programs.run(programs.PROGRAM, "--floor", *words, "--bandwidth", bandwidth)
+    except BadOption:
+        return None
+    segments, usable = (re.search(rf"\.{name} = (\d+)", text) for name in ("segments", "usable"))
+    assert segments and usable
+    plan = text[text.index("= {") + 2 :].rstrip().rstrip(";")
+    return Floor(summed, rate, lsb / summed, rail, plan, int(segments[1]), int(usable[1]))
 
 
 def _of_sums(bandwidth: str, summed: int) -> str:
@@ -73,42 +89,3 @@ def _of_sums(bandwidth: str, summed: int) -> str:
     elif bandwidth != "none":
         before = bandwidth
     return f"{before}+sum:{summed}".removeprefix("+")
-
-
-class FloorPlan(NamedTuple):
-    """text: C of the plan, an initialiser. usable: frequencies."""
-
-    text: str
-    usable: int
-
-
-def plan(wishes: Wishes) -> FloorPlan | None:
-    """The plan of the floor; None: there is none. Raises BadOption."""
-    chosen = floor(wishes)
-    if chosen is None:
-        return None
-    programs.passed_samples(wishes.bandwidth or "", wishes.rate_hz)  # is the filter itself good?
-    try:
-        return _planned(chosen)
-    except BadOption:
-        raise BadOption(
-            f"--motion: flight works on sums of {chosen.summed} samples at this rate, and "
-            f"{chosen.bandwidth} is too long a filter: push samples before it"
-        ) from None
-
-
-def _planned(floor: Floor) -> FloorPlan:
-    """Raises BadOption for a filter that the library rejects."""
-    words = ["--rate", repr(floor.rate_hz), "--lsb", repr(floor.lsb), "--rail", str(floor.rail)]
-    text = programs.run(programs.PROGRAM, "--floor", *words, "--bandwidth", floor.bandwidth)
-    usable = re.search(r"\.usable = (\d+)", text)
-    assert usable
-    return FloorPlan(text[text.index("= {") + 2 :].rstrip().rstrip(";"), int(usable[1]))
-
-
-def _usable(floor: Floor) -> int:
-    """Frequencies; 0 for a filter that the library rejects."""
-    try:
-        return _planned(floor).usable
-    except BadOption:
-        return 0

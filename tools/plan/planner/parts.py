@@ -231,7 +231,7 @@ const davar_floor_result_t *davar_setup_floor(uint8_t axis)
 
 
 def _floor(design: Design, floor: floors.Floor) -> Part:
-    plan, sums = floors.plan(design.wishes), floor.summed > 1
+    sums = floor.summed > 1
     init = (
         f"    davar_average_init(&floors[axis].sum, {floor.summed});\n"
         "    floors[axis].clips = false;\n"
@@ -249,7 +249,7 @@ def _floor(design: Design, floor: floors.Floor) -> Part:
         includes=("average",) * sums,
         standard=("stdatomic",),
         declarations=FLOOR.format(
-            plan=plan.text if plan else "",
+            plan=floor.plan,
             sum="    davar_average_t sum;\n" * sums,
             clips="    bool clips; /* the sum has a sample at the rail */\n" * sums,
             start=init * sums,

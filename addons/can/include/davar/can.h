@@ -49,8 +49,8 @@ typedef enum {
     DAVAR_MESSAGE_COUNT = 13        /**< number of messages */
 } davar_message_t;
 
-/** Counters of losses and faults; DAVAR_Health carries one of them at a time. The first six and the
- * last three are those of davar_health_t (davar_can_health); the sender fills the others. */
+/** Counters of losses and faults; DAVAR_Health carries one of them at a time. davar_can_health fills
+ * the first six and the last three from davar_health_t, the sender the others. */
 typedef enum {
     DAVAR_HEALTH_GAPS = 0,           /**< gaps */
     DAVAR_HEALTH_MISSING_SAMPLES,    /**< samples */
@@ -198,8 +198,8 @@ void davar_encoder_session(davar_encoder_t *encoder, uint8_t session);
 void davar_encoder_finish(davar_encoder_t *encoder, const davar_can_health_t *health);
 
 /** Writes the next frame.
- * @return False if there is none; *frame is then unchanged. A frame counts as sent: if the caller
- *         drops it, the receiver sees a hole in Counter.
+ * @return False if none is left; *frame is then unchanged. A frame counts as sent: if the caller
+ *         drops it, Counter has a hole at the receiver.
  *
  * Cost: O(length). */
 bool davar_encoder_next(davar_encoder_t *encoder, davar_frame_t *frame);

@@ -26,6 +26,7 @@ extern "C" {
 #define DAVAR_FLOOR_BINS 31U   /**< frequencies 1/64 to 31/64 of the sample rate */
 #define DAVAR_FLOOR_BLOCKS 4U  /**< blocks of a window; a result follows each */
 #define DAVAR_FLOOR_NEEDED 23U /**< usable frequencies, below which no value is present */
+#define DAVAR_FLOOR_LIMITED 8U /**< ... and below which no limit is present either */
 
 /** Why davar_floor_plan failed: one code per cause, with a value that never changes. */
 typedef enum {
@@ -33,7 +34,7 @@ typedef enum {
     DAVAR_FLOOR_ERR_RATE = 1,  /**< rate_hz not positive and finite */
     DAVAR_FLOOR_ERR_UNIT = 2,  /**< unit_per_count not positive and finite */
     DAVAR_FLOOR_ERR_RAIL = 3,  /**< rail below 1 */
-    DAVAR_FLOOR_ERR_BLOCK = 4, /**< block not a multiple of 64 from 64 to 4096 */
+    DAVAR_FLOOR_ERR_BLOCK = 4, /**< block not 0 and not a multiple of 64 from 64 to 4096 */
     DAVAR_FLOOR_ERR_FILTER = 5 /**< a filter that is not valid */
 } davar_floor_status_t;
 
@@ -48,8 +49,8 @@ typedef struct {
     double rate_hz;        /**< of the samples */
     double unit_per_count; /**< deg/s */
     int32_t rail;          /**< a count of at least this size, of either sign, is clipped */
-    /** samples between results; a window is four times as long and 32 samples. 256 for 800 Hz and
-     * more, 128 below */
+    /** samples between results; a window is four times as long and 32 samples. 0: 256 for 800 Hz
+     * and more, 128 below */
     uint16_t block;
     /** between the noise and the samples, with its uncertainty; null: none. If there is one that you
      * do not know, do not use the floor: it reads far too low at the frequencies that are filtered */
