@@ -32,14 +32,16 @@ def one(job):
     made = simulate.make(base, RATE_HZ, COLUMN, seed=int(rng.integers(1 << 31)), duration_s=seconds)
     state, gains = fitting.start(made, Model(RATE_HZ, COLUMN, base)), {}
     if tried:
-        gains = {c.kind: max(c.gain, 0.0) for c in reversed(search.ranking(state))}
-        gains["sinusoid"] -= np.log(made.samples)  # its own law: p = TRIALS n exp(-gain)
+        ranking = search.ranking(state)
+        gains = {c.kind: max(c.gain, 0.0) for c in reversed(ranking)}
+        line = next(c for c in ranking if c.kind == "sinusoid")  # its own law, (4.1)
+        gains["sinusoid"] = np.log(TRIES.of_kind["sinusoid"]) - line.log_p
     found = fitting.judged(state).adequacy
     return gains, {**found.tests, "whole model": found.p_value}
 
 
 def tries(kind, gains):
-    """C of p = C P(chi2_1 > 2 gain) (a line: of p = C n exp(-gain)): the largest over a few tail
+    """C of p = C P(chi2_1 > 2 gain) (a line: of (4.1)): the largest over a few tail
     shares, and its standard error.
     """
     best = (0.0, 0.0)

@@ -315,6 +315,13 @@ SCENARIOS = {
     "a warm-up": added(0.05 * np.exp(-TIME / 300), seed=(6, 7), absent=("bias_step",)),
     "a visit": visited(300.0, 700.0, 7.3, 0.01),
     "a short visit": visited(1500.0, 1520.0, 3.1, 0.05),
+    "a cycle of two turns": added(
+        0.005 * np.sin(2 * np.pi * 2.3 * TIME / TIME[-1] + 1.0),
+        "sinusoid",
+        seed=(9,),
+        near={"sinusoid.frequency_hz": (2.3 / 2000, 0.15 / 2000)},
+        holds={"sinusoid.amplitude_dps": 0.005},
+    ),
     "a steady line": added(0.01 * np.sin(2 * np.pi * 7.3 * TIME), "sinusoid", seed=(8,)),
     **{f"a cutoff at {share}": low_passed(share) for share in (0.03, 0.1, 0.2, 0.3, 0.42)},
 }

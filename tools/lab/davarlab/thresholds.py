@@ -148,6 +148,34 @@ class Judge:
 
 
 @dataclass(frozen=True)
+class Reading:
+    """The angle random walk that is read off the record (inference/reading.py, DESIGN 7.6)."""
+
+    from_tau_s: float = of(
+        0.45, "s", "choice: an octave about 1 s", "first Allan deviation that is read"
+    )
+    to_tau_s: float = of(4.5, "s", "choice: two octaves above 1 s", "last one")
+    low_hz: float = of(0.1, "Hz", "choice: slower noise is seldom white", "first density")
+    high_hz: float = of(1.0, "Hz", "choice: below the filters of sensors", "last density")
+    points: int = of(7, "frequencies", "choice", "at which the spectrum of an effect is looked at")
+    flat: float = of(
+        1.3, "ratio of densities", "choice", "below which an effect stands for white noise there"
+    )
+    line_widths: float = of(3.0, "half widths", "choice", "beside a line that are not read")
+    bins_least: int = of(5, "bins", "choice", "of a density that is read")
+    shared: float = of(
+        1.4,
+        "ratio",
+        "choice: Allan deviations of neighbouring octaves share most of their frequencies",
+        "by which the mean of several deviations scatters more",
+    )
+    none: float = of(1e-9, "deg/sqrt(h)", "choice", "below which a model has no angle random walk")
+    errors: float = of(
+        float(norm_ppf(0.995)), "standard errors", "99 % of a normal distribution", "of a reading"
+    )
+
+
+@dataclass(frozen=True)
 class Place:
     """What the place of a misfit suggests to measure next (diagnosis/unexplained.py)."""
 
@@ -367,6 +395,9 @@ class Line:
         "how far from a sharp line another one is a line of its own, with apart_bins",
     )
     apart_bins: int = of(20, "half bins", "choice", "added to apart")
+    slow_turns: float = of(
+        8.0, "turns in the record", "choice", "below which the noise is fitted beside each cycle"
+    )
     lowest: int = of(
         30, "ordinates", "choice", "below which the record has no spectrum of a line's own"
     )
@@ -740,6 +771,13 @@ class Fit:
     slow_turn: float = of(
         0.01, "turns", "DESIGN 1.4", "in slow_s, below which a line is a slow course"
     )
+    bias_tracked_s: float = of(
+        6.28,
+        "s",
+        "choice: a time constant of 1 s. Faster software would take away the turns that the gyro "
+        "is for",
+        "corner period, at least, of software that subtracts its estimate of the bias",
+    )
     rounds_of_two: int = of(8, "rounds", "choice", "of the shapes of two warm-ups")
     change_doubt: float = of(
         11.03,
@@ -781,6 +819,7 @@ class Fit:
 
 CHANCE = Chance()
 JUDGE = Judge()
+READING = Reading()
 PLACE = Place()
 START = Start()
 SEARCH = Search()
@@ -798,6 +837,7 @@ FIT = Fit()
 TABLE = {
     "CHANCE": CHANCE,
     "JUDGE": JUDGE,
+    "READING": READING,
     "PLACE": PLACE,
     "START": START,
     "SEARCH": SEARCH,

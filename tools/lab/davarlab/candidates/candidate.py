@@ -7,6 +7,7 @@ import numpy as np
 
 from ..distributions import norm_logsf
 from ..inference.parts import Part
+from ..inference.whittle import Data
 from ..thresholds import TRIES
 
 
@@ -31,10 +32,12 @@ def log_chance(kind: str, gain: float) -> float:
     return log_tail(gain, TRIES.of_kind.get(kind, TRIES.of_own_effect))
 
 
-def log_tail_of_line(kind: str, gain: float, samples: int) -> float:
-    tries = (
-        TRIES.of_kind[kind] * samples
-        if kind == "sinusoid"
-        else TRIES.of_band * (samples / TRIES.band_samples) ** TRIES.band_growth
-    )
+def log_tail_of_line(part: Part, gain: float, data: Data) -> float:
+    """Of a line among all that the record could have. Of a sharp one, half of the chance is shared
+    by the slow ones, the fewer cycles in the record the more for each (4.1)."""
+    if part.kind != "sinusoid":
+        tries = TRIES.of_band * (data.samples / TRIES.band_samples) ** TRIES.band_growth
+        return min(0.0, float(np.log(tries) - max(gain, 0.0)))
+    slow = part.shape["frequency_hz"] * data.samples / data.rate_hz * np.log(data.samples)
+    tries = 2 * TRIES.of_kind[part.kind] * min(slow, data.samples)
     return min(0.0, float(np.log(tries) - max(gain, 0.0)))

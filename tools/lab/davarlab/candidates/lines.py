@@ -16,6 +16,29 @@ from .candidate import Candidate, log_tail_of_line
 
 
 def sharp(bench: Bench, parts: Sequence[Part], fit: Fit) -> Candidate:
+    """The line, fast or slow, that chance explains least."""
+    found = [fast(bench, parts, fit), *filter(None, [slow(bench, parts, fit)])]
+    return min(found, key=lambda one: (one.log_p, -one.gain))
+
+
+def slow(bench: Bench, parts: Sequence[Part], fit: Fit) -> Candidate | None:
+    """The cycle of a few turns in the record that gains most. Slow noise takes it up, so the noise
+    is fitted beside each. None beside one that the model has."""
+    rate = bench.data.rate_hz / bench.data.samples
+    known = [part.shape["frequency_hz"] for part in parts if part.kind == "sinusoid"]
+    if any(f_hz < LINE.slow_turns * rate for f_hz in known):
+        return None
+    best = None
+    for turns in np.arange(1.25, LINE.slow_turns, 0.25):
+        part = Part("sinusoid", {"frequency_hz": float(turns * rate)})
+        gain = bench.fit([*parts, part], near=fit.level).log_likelihood - fit.log_likelihood
+        bench.forget(part)
+        if best is None or gain > best.gain:
+            best = Candidate(part.kind, part, gain, log_tail_of_line(part, gain, bench.data))
+    return best
+
+
+def fast(bench: Bench, parts: Sequence[Part], fit: Fit) -> Candidate:
     """The strongest line of the whitened residual, twice oversampled. Not beside one that the model
     has: what is left there is that line, drifting."""
     w = bench.residual(parts, fit)
@@ -36,7 +59,7 @@ def sharp(bench: Bench, parts: Sequence[Part], fit: Fit) -> Candidate:
         float(power.max()),
     )
     if peak < np.log(len(w)):  # chance, as nearly every time
-        return Candidate("sinusoid", part, peak, log_tail_of_line(part.kind, peak, len(w)))
+        return Candidate("sinusoid", part, peak, log_tail_of_line(part, peak, bench.data))
     part = (
         refine.on_peak(bench, part, w)
         if refine.turns(bench, part) > LINE.white_turns
@@ -44,7 +67,7 @@ def sharp(bench: Bench, parts: Sequence[Part], fit: Fit) -> Candidate:
     )
     gain = bench.fit([*parts, part]).log_likelihood - fit.log_likelihood
     bench.forget(part)
-    return Candidate("sinusoid", part, gain, log_tail_of_line(part.kind, gain, len(w)))
+    return Candidate("sinusoid", part, gain, log_tail_of_line(part, gain, bench.data))
 
 
 def gain_of(width: int, ratio: float) -> float:
@@ -111,7 +134,7 @@ def wide(
         )
         if crude < LINE.hopeful:
             best = best or Candidate(
-                "narrow_band", part, crude, log_tail_of_line(part.kind, crude, len(bench.y))
+                "narrow_band", part, crude, log_tail_of_line(part, crude, bench.data)
             )
             continue
         fine = bench.resolving([*parts, part])
@@ -121,7 +144,5 @@ def wide(
         if scatter is not None:
             gain = modulation.discounted(gain, before.level, after.level, fine.data.counts, scatter)
         if best is None or gain > best.gain:
-            best = Candidate(
-                "narrow_band", part, gain, log_tail_of_line(part.kind, gain, len(bench.y))
-            )
+            best = Candidate("narrow_band", part, gain, log_tail_of_line(part, gain, bench.data))
     return best

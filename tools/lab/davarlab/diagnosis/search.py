@@ -398,7 +398,7 @@ def by_chance(state: State, part: Part, rest: State) -> bool:
         return False
     loss, kind = loss_without(state, rest.parts, part), part.kind
     log_p = (
-        log_tail_of_line(kind, loss, len(state.bench.y))
+        log_tail_of_line(part, loss, state.bench.data)
         if kind in doubts.LINES
         else log_chance(kind, loss)
     )
