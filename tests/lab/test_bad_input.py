@@ -127,6 +127,7 @@ OWN = [  # an effect, what is wrong with it
     ("'mean', '', regressor=lambda r, s: r.time_s[1:]", "regressor: 1499 instead of 1500 values"),
     ("'mean', '', regressor=lambda r, s: r.time_s / 0", "regressor: not finite at index 0"),
     ("'mean', '', regressor=lambda r, s: 1 / 0", "regressor: ZeroDivisionError"),
+    ("'variance', '', regressor=lambda r, s: r.time_s - 1", "regressor: negative at index 0"),
     ("'spectrum', '', spectrum=lambda f, r, s: -f", "spectrum: negative"),
     ("'spectrum', '', spectrum=lambda f, r, s: f[1:]", "spectrum: "),
 ]
@@ -233,6 +234,32 @@ def test_the_spectrum_of_the_design_is_found(lab):
     assert value["std_dps"]["value"] == pytest.approx(0.03, abs=0.003)
     model = lab.file("full.toml", SENSOR + BASE + effect)
     said("fit", recording, "-m", model, "--effects", own)
+
+
+NIGHTS = """import numpy as np
+from davarlab.effects.base import Effect, Parameter
+
+def level(recording, shape):
+    return np.abs(np.sin(np.pi * recording.time_s / shape["period_s"])) ** 3
+
+NIGHTS = Effect("nights", "The noise comes and goes.",
+                (Parameter("std_dps", "deg/s", 0, 1e3), Parameter("period_s", "s", 10, 1e4)),
+                "Wait.", "variance", "slope -1/2", regressor=level,
+                grid={"period_s": lambda recording: (150.0, 200.0, 300.0)})
+"""
+
+
+@pytest.mark.slow
+def test_noise_of_a_level_of_ones_own_is_found(lab):
+    own = lab.file("nights.py", NIGHTS)
+    effect = '[[effect]]\nkind = "nights"\nstd_dps = 0.05\nperiod_s = 200.0\n'
+    recording = lab.simulated(effect, seconds=1200, options=("--effects", own))
+    found = lab.diagnosed(recording, "--effects", own)
+    assert found["missing"] == ["nights"]
+    value = found["fitted"][-1]["parameters"]
+    assert value["std_dps"]["low"] < 0.05 < value["std_dps"]["high"]
+    assert value["period_s"]["value"] == 200.0
+    assert found["final"]["adequacy"] == "statistical"
 
 
 def test_what_nobody_foresaw_is_one_line_and_status_3():

@@ -257,3 +257,22 @@ def test_white_noise_that_grows_beside_flicker_keeps_its_level():
     found = fitted(y, *parts)[3]
     assert found[0][N].value == pytest.approx(0.3, rel=0.05)
     assert found[2]["ratio"].value == pytest.approx(1.6, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    "kind, entry, absent",
+    [
+        ("bias_instability", {"coefficient_deg_per_h": Estimate(0.0, 0.0, 1.2)}, True),
+        ("bias_instability", {"coefficient_deg_per_h": Estimate(5.0, 4.0, 6.0)}, False),
+        ("noise_step", {"ratio": Estimate(1.00, 0.98, 1.03)}, True),
+        ("noise_step", {"ratio": Estimate(0.90, 0.85, 0.95)}, False),
+        ("temperature", {"coefficient_dps_per_degC": Estimate(-0.01, -0.03, 0.01)}, True),
+        ("temperature", {"coefficient_dps_per_degC": Estimate(-0.02, -0.03, -0.01)}, False),
+        ("temperature_noise", {"relative_per_degC": Estimate(0.001, -0.001, 0.003)}, True),
+        ("sinusoid", {"amplitude_dps": Estimate(0.0, undetermined=True)}, True),
+        ("low_pass", {"cutoff_hz": Estimate(8.0, 7.0, 9.0)}, False),
+        ("bias_instability", {"coefficient_deg_per_h": Estimate(5.0)}, False),  # as set
+    ],
+)
+def test_an_effect_may_be_absent_when_its_interval_says_so(kind, entry, absent):
+    assert estimate.superfluous(kind, entry) == absent

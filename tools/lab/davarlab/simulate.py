@@ -94,6 +94,9 @@ def contribution(
         regressor = needed(effect.regressor)
         course = effect.dps(parameters) * regressor(recording, effect.shape_of(parameters))
         return course if term.kind in TURNING else course - course.mean()
+    if effect.role == "variance":
+        deviation = needed(effect.regressor)(recording, effect.shape_of(parameters))
+        return effect.dps(parameters) * deviation * rng.standard_normal(recording.samples)
     spectrum = needed(effect.spectrum)
     return effect.dps(parameters) * spectra.from_spectrum(
         lambda f: spectrum(f, recording.rate_hz, parameters),

@@ -165,12 +165,13 @@ def beside_both(
     return found
 
 
-def vibration(bench: Bench, parts: Sequence[Part], blocks: Blocks) -> Candidate | None:
-    """White noise that goes with the vibration. A level that moves for other reasons too must not
-    pass for it."""
+def modulated(
+    bench: Bench, parts: Sequence[Part], blocks: Blocks, effect: Effect
+) -> Candidate | None:
+    """White noise that goes with the vibration, or as an effect of one's own says. A level that
+    moves for other reasons too must not pass for it."""
     rows = modulation.variance_shapes(parts, bench.recording, blocks)
     before, best = changes.fit(blocks, rows)[1], None
-    effect = table.find("vibration_noise")
     for part in [
         Part(effect.kind, shape, form)
         for shape in shapes_of(effect, bench.recording)
@@ -471,10 +472,10 @@ def ranked(
             tried.append(Candidate(effect.kind, *one) if one else None)
         elif effect.kind == "warm_up" and "warm_up" in kinds:
             tried.append(second_warm_up(bench, parts, fit))
-        elif effect.kind == "vibration_noise":
-            tried.append(vibration(bench, parts, blocks))
         elif effect.kind == "noise_step":
             tried.append(noise_step(bench, parts, blocks))
+        elif effect.role == "variance" and effect.regressor or effect.kind == "vibration_noise":
+            tried.append(modulated(bench, parts, blocks, effect))
         else:
             tried.append(beside_both(bench, parts, fit, effect, scatter))
     tried.append(filters.of_any_shape(bench, parts, fit))

@@ -42,7 +42,7 @@ def of_course(
 
 def white_shares(state: State) -> dict[str, float]:
     """kind -> share of the mean white variance that a part whose variance changes adds."""
-    changing = [part.kind for part in state.parts if part.kind in modulation.ROWS]
+    changing = [part.kind for part in state.parts if modulation.adds(part)]
     if not changing or state.blocks is None:
         return {}
     rows = modulation.variance_shapes(state.parts, state.bench.recording, state.blocks)

@@ -60,7 +60,8 @@ class Effect:
               filter     acts on everything in front of it; `spectrum` is its power gain,
                          `regressor`, if any, how it settles
               mean       a known course of time; `regressor(recording, shape)` of size 1
-              variance   white noise whose variance changes
+              variance   white noise whose level changes; of an effect of one's own,
+                         `regressor` is its standard deviation at every sample, at size 1
               events     isolated outliers
               states     jumps between two levels; `spectrum` of size 1
     grid      shape parameter -> function of the recording that gives the values worth trying
@@ -72,6 +73,7 @@ class Effect:
     behind    of a filter: the parameter that is the standard deviation of white noise behind it,
               deg/s
     sized     False: the first parameter is a shape too
+    nothing   the first parameter at which the effect is absent; of a filter there is none
     most      of an effect on a column, in the unit of the first parameter: a larger magnitude is
               not physical (limits.py). By the unit at the end of the name of the column that a
               model file names, else under ""
@@ -95,6 +97,7 @@ class Effect:
     in_front: bool = True
     behind: str = ""
     sized: bool = True
+    nothing: float = 0.0
     most: Mapping[str, float] = field(default_factory=dict)
 
     @property

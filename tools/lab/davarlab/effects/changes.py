@@ -140,6 +140,7 @@ NOISE_STEP = Effect(
     "variance",
     "slope -1/2, higher in the interval",
     simulate=simulate_noise_step,
+    nothing=1.0,
 )
 SHOCKS = Effect(
     "shocks",

@@ -5,6 +5,7 @@ import numpy as np
 
 from ..arrays import Floats
 from ..data.recording import Recording
+from ..thresholds import FIT
 from .base import INFINITE, Effect, Parameter, Values
 from .device import Filter, filter_of
 from .spectra import angular
@@ -137,7 +138,8 @@ def lengths(_: Recording) -> Floats:
 
 def corner_periods(recording: Recording) -> Floats:
     span = recording.samples / recording.rate_hz
-    return np.geomspace(span / 1000, span / 3, 16)
+    first = max(span / 1000, FIT.bias_tracked_s)
+    return np.geomspace(first, span / 3, 16) if first < span / 3 else np.zeros(0)
 
 
 LOW_PASS = Effect(

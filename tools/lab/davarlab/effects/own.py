@@ -145,6 +145,19 @@ def checked_course(where: str, function: Callable[..., Any]) -> Callable[..., Fl
     return course
 
 
+def checked_deviation(where: str, function: Callable[..., Any]) -> Callable[..., Floats]:
+    """A standard deviation per sample of the recording."""
+    course = checked_course(where, function)
+
+    def deviation(recording: Recording, *arguments: Any) -> Floats:
+        found = course(recording, *arguments)
+        if np.any(found < 0):
+            raise BadInput(f"{where}: negative at index {int(np.argmax(found < 0))}")
+        return found
+
+    return deviation
+
+
 def checked_spectrum(where: str, function: Callable[..., Any]) -> Spectrum:
     def spectrum(f: Floats, rate_hz: float, shape: Values) -> Floats:
         found = numbers(where, asked(where, function, f, rate_hz, shape), np.shape(f))
@@ -195,9 +208,15 @@ def positive(value: object) -> bool:
 
 def check_form(effect: Effect, where: str) -> None:
     """The fields that the table and the search rely on."""
-    needed = {"mean": effect.regressor, "spectrum": effect.spectrum}
+    needed = {
+        "mean": effect.regressor,
+        "variance": effect.regressor,
+        "spectrum": effect.spectrum,
+    }
     if effect.role not in needed or not callable(needed[effect.role]):
-        raise BadInput(f"{where} needs a regressor (role mean) or a spectrum (role spectrum)")
+        raise BadInput(
+            f"{where} needs a regressor (role mean or variance) or a spectrum (role spectrum)"
+        )
     if not isinstance(effect.kind, str) or not effect.kind.isidentifier():
         raise BadInput(f"{where}: its kind must be a word of letters, digits and _")
     for name, form in (("needs", tuple), ("grid", dict), ("variants", dict), ("most", dict)):
@@ -237,14 +256,14 @@ def checked(effect: Effect, path: StrPath) -> Effect:
     where = f"--effects: {path}: {effect.kind}"
     check_form(effect, where)
     by_name = {parameter.name: parameter for parameter in effect.parameters}
+    course = checked_deviation if effect.role == "variance" else checked_course
     return replace(
         effect,
-        regressor=effect.regressor and checked_course(f"{where}: regressor", effect.regressor),
+        regressor=effect.regressor and course(f"{where}: regressor", effect.regressor),
         simulate=effect.simulate and checked_course(f"{where}: simulate", effect.simulate),
         spectrum=effect.spectrum and checked_spectrum(f"{where}: spectrum", effect.spectrum),
         variants={
-            name: checked_course(f"{where}: variant {name}", one)
-            for name, one in effect.variants.items()
+            name: course(f"{where}: variant {name}", one) for name, one in effect.variants.items()
         },
         grid={
             name: checked_grid(f"{where}: grid of {name}", by_name[name], one)

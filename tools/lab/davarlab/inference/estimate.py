@@ -12,6 +12,7 @@ from ..arrays import Floats
 from ..data.events import Shocks
 from ..data.recording import Recording
 from ..distributions import chi2_ppf
+from ..effects import table
 from ..effects.device import filter_of
 from ..thresholds import CHANCE, FIT
 from . import changes, modulation
@@ -45,6 +46,17 @@ def as_shown(entries: Sequence[Entry], adequate: bool) -> list[Entry]:
     if adequate:
         return list(entries)
     return [{name: Estimate(one.value) for name, one in entry.items()} for entry in entries]
+
+
+def superfluous(kind: str, entry: Entry) -> bool:
+    """Does the interval of an effect contain its absence."""
+    effect = table.find(kind)
+    size = entry.get(effect.size.name)
+    if size is None or effect.role == "filter":
+        return False
+    if size.low is None or size.high is None:
+        return size.undetermined and size.value == effect.nothing
+    return size.low <= effect.nothing <= size.high
 
 
 Place = tuple[int, str]  # of a shape: index of its part, name
@@ -354,7 +366,7 @@ def dynamic_estimates(
             )
         }
     } | growth_estimates(dynamic, bench.recording, blocks, share)
-    order = [part for part in parts if part.kind in modulation.ROWS]
+    order = [part for part in parts if modulation.adds(part)]
     for part, size, error in zip(order, sizes[1:], errors[1:]):
         kind = part.kind
         if kind != "noise_step":

@@ -10,7 +10,7 @@ from ..arrays import Floats
 from ..data import signals
 from ..data.recording import Recording
 from ..effects import columns
-from ..effects.base import Values
+from ..effects.base import Values, needed
 from ..effects.changes import vibration_square
 from ..thresholds import CHANGE
 from . import changes
@@ -18,8 +18,10 @@ from .changes import Blocks
 from .parts import Bench, Part
 from .whittle import Fit
 
-# Kinds that add a row to the variance of the blocks.
-ROWS = ("vibration_noise", "noise_follows", "noise_step")
+
+def adds(part: Part) -> bool:
+    """Does an effect add to the variance of the blocks, a row of its own."""
+    return part.role == "variance" and part.effect.sized
 
 
 def variance_shapes(parts: Sequence[Part], recording: Recording, blocks: Blocks) -> Floats:
@@ -33,13 +35,15 @@ def variance_shapes(parts: Sequence[Part], recording: Recording, blocks: Blocks)
                     recording, part.shape["axis"], blocks
                 )
             )
-        if part.kind == "noise_follows":
+        elif part.kind == "noise_follows":
             rows.append(added_variance(recording, part.shape, blocks))
-        if part.kind == "noise_step":
+        elif part.kind == "noise_step":
             time = (np.arange(len(blocks.energy)) + 0.5) * blocks.period_s
             rows.append(
                 ((time >= part.shape["start_s"]) & (time < part.shape["stop_s"])).astype(float)
             )
+        elif adds(part):
+            rows.append(own_variance(recording, part, blocks))
     return np.array(rows)
 
 
@@ -62,6 +66,16 @@ def added_variance(recording: Recording, shape: Values, blocks: Blocks) -> Float
         rows = x[: count * blocks.length].reshape(count, blocks.length)
         recording.measured[key] = rows[:, :: max(1, blocks.length // CHANGE.block_samples)]
     found: Floats = columns.added_variance(recording.measured[key], shape).mean(axis=1)
+    return found
+
+
+def own_variance(recording: Recording, part: Part, blocks: Blocks) -> Floats:
+    """The mean square over each block of what an effect of one's own says, worked out once."""
+    key = ("own noise", part.key, blocks.length)
+    if key not in recording.measured:
+        deviation = needed(part.effect.variants.get(part.form, part.effect.regressor))
+        recording.measured[key] = block_means(deviation(recording, part.shape) ** 2, blocks)
+    found: Floats = recording.measured[key]
     return found
 
 

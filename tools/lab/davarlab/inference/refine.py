@@ -49,6 +49,7 @@ def bounds(bench: Bench, part: Part, name: str) -> tuple[float, float]:
     least, most = {
         ("gauss_markov", "correlation_time_s"): (8 / rate, np.inf),
         ("low_pass", "cutoff_hz"): (0, rate),
+        ("high_pass", "corner_period_s"): (FIT.bias_tracked_s, np.inf),
         ("narrow_band", "frequency_hz"): (0, rate / 2),
         ("narrow_band", "half_width_hz"): (0.75 * rate / samples, widest),
     }.get((part.kind, name), (0, np.inf))

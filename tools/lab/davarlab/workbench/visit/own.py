@@ -59,10 +59,11 @@ def answers(effect: Effect, recording: Recording) -> Json:
         for one in effect.parameters
         if one.name in effect.shape_names
     }
-    if effect.role == "mean":
+    if effect.role != "spectrum":
         course = needed(effect.regressor)(recording, shape)
         if not np.ptp(course):
-            raise BadInput("the regressor is constant, which is the mean of the axis already")
+            known = "the mean of the axis" if effect.role == "mean" else "angle random walk"
+            raise BadInput(f"the regressor is constant, which is {known} already")
         said = f"{len(course)} values from {course.min():.4g} to {course.max():.4g}"
         return {"said": said, "course": desks.picture(course)}
     f = np.geomspace(recording.rate_hz / recording.samples, recording.rate_hz / 2, DENSITIES)
