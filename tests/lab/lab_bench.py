@@ -42,6 +42,14 @@ def simulated(*more, seed=3, seconds=3600.0, rate_hz=50.0):
     return simulate.make(made, rate_hz, seed=seed, duration_s=seconds)
 
 
+def beside_a_line(seed):
+    """(recording, model): white noise, flicker and a strong band at 0.5 Hz, with what makes
+    them."""
+    more = "narrow_band", {"std_dps": 0.02, "frequency_hz": 0.5, "half_width_hz": 0.01}
+    made = Model(50.0, "gyro_z_dps", [*terms(), Term(*more)])
+    return simulated(more, seed=seed, seconds=1200.0), made
+
+
 def of_gyro(y, rate_hz=50.0):
     return Recording({"time_s": np.arange(len(y)) / rate_hz, "gyro_z_dps": y}, rate_hz)
 

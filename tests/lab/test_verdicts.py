@@ -140,7 +140,6 @@ def generated(seed):
         useless=[Part(kind) for kind in useless],
         doubtful=doubtful,
         outdone=some(rng, sorted(set(KINDS) - set(taken)), 1),
-        against=evidence.contradicting(ranked) if last.judgement.adequate else [],
     )
     model = Model(RATE, "gyro_z_dps", [Term(kind, {}) for kind in [*GIVEN, *added]])
     tried = unexplained.Tried(ranked, useless, doubtful, taken[len(added) :])
@@ -157,6 +156,7 @@ def generated(seed):
         [given, last] if added else [given],
         step(rng, last, None, outside) if rng.random() < 0.5 else None,
         unexplained=unexplained.unexplained_by(last, recording(rng), tried),
+        against=evidence.contradicting(ranked) if last.judgement.adequate else [],
     )
 
 
@@ -211,7 +211,7 @@ def test_a_model_that_fails_is_never_said_to_lack_nothing():
 def test_what_speaks_against_a_model_that_fits_is_said_everywhere():
     for seed in SEEDS:
         found, said = generated(seed), texts(seed)
-        if not (against := found.diagnosis.against):
+        if not (against := found.against):
             continue
         first = words.title(against[0].kind, against[0].part.shape)
         for where in ("terminal", "page", "json"):
@@ -240,7 +240,7 @@ def test_a_model_is_contested_only_if_it_fits():
         given = verdict.answer(found)
         assert given != "contested" or found.comparison.adequate
         said = verdict.of_improvement(found)[1]
-        if found.diagnosis.against and given in ("contested", "values", "effects"):
+        if found.against and given in ("contested", "values", "effects"):
             assert "effects that the model lacks" in said
 
 
@@ -379,7 +379,7 @@ def test_terminal_and_page_give_the_same_answer(path, column):
     given = verdict.answer(found)
     assert (given == "fits") == (fits and not page["against"]), (given, page["against"])
     if given == "contested":
-        assert page["against"][0] == found.diagnosis.against[0].kind
+        assert page["against"][0] == found.against[0].kind
 
 
 OFF = {"percent": 12.0, "ratio": 1.5, "tau_s": 2.0, "start_s": 0.0, "stop_s": 600.0}

@@ -156,7 +156,7 @@ def whiter(model: Model, part: Part, state: State) -> float:
                 min(term.parameters["stop_s"], span) - min(term.parameters["start_s"], span)
             ) / span
             factor += (term.parameters["ratio"] ** 2 - 1) * max(inside, 0)
-        if term.kind in ("vibration_noise", "noise_follows") and white > 0:
+        elif modulation.adds(part_of(term)) and white > 0:
             row = modulation.variance_shapes([part_of(term)], state.bench.recording, blocks)[1]
             size = part_of(term).effect.dps(term.parameters)
             factor += size**2 * row.mean() / (white**2 * state.bench.recording.rate_hz)
@@ -226,7 +226,13 @@ def given(fitted: Judged, model: Model) -> Judged:
     """The state of the model with the parameters of the file, judged (7.4)."""
     state = replace(as_given(fitted, model), adequacy=fitted.adequacy)
     found, short = fitting.cells_of(state, fitting.relative_variance(state))
-    judgement = judge.judged(found, short, given_p_value(fitted, state), state.spoiled_by)
+    judgement = judge.judged(
+        found,
+        short,
+        given_p_value(fitted, state),
+        state.spoiled_by,
+        fitting.reading_of(state, found),
+    )
     return replace(state, cells=tuple(found), judgement=judgement)
 
 

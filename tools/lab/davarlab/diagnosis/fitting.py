@@ -15,7 +15,7 @@ from ..data.events import Shocks
 from ..data.observations import Observation
 from ..data.recording import MINIMUM_SAMPLES, Recording
 from ..errors import BadInput
-from ..inference import adequacy, changes, gaps, images, modulation, refine
+from ..inference import adequacy, changes, gaps, images, modulation, reading, refine
 from ..inference.parts import Bench, Part, as_spectra, part_of, without
 from ..inference.whittle import Data
 from ..model import Model
@@ -251,7 +251,7 @@ def judged(state: State, quick: bool = False) -> Judged:
         )
     left = adequacy.judge(c, free, extra, quick, state.bench.counts)
     found, short = cells_of(state, variance)
-    judgement = judge.judged(found, short, left.p_value, state.spoiled_by)
+    judgement = judge.judged(found, short, left.p_value, state.spoiled_by, reading_of(state, found))
     return Judged(
         state.bench,
         state.parts,
@@ -264,6 +264,10 @@ def judged(state: State, quick: bool = False) -> Judged:
         known=state.known,
         seen=state.seen,
     )
+
+
+def reading_of(state: State, found: Sequence[Cell]) -> reading.Reading | None:
+    return reading.of(state.bench, state.parts, state.fit, judge.over_all(found))
 
 
 def cells_of(state: State, variance: Floats | None) -> tuple[list[Cell], list[Cell]]:

@@ -54,7 +54,7 @@ class Improvement:
     """`added`: the kinds that the final model has more than the given one; `judgement`: of the
     final model; `comparisons`: of the given model, and of the final one when it is another;
     `refitted`: the given effects with their sizes fitted, None: those of the file are as good;
-    `useless`: parts that are likelier than chance and do not lower the error."""
+    `against`: what speaks against a final model that fits."""
 
     comparison: compare.Comparison
     diagnosis: diagnose.Diagnosis
@@ -71,6 +71,7 @@ class Improvement:
     state: State | None = None  # the final model on the recording
     # Where the final model fails, and what was excluded; None: it is adequate or cannot be tested.
     unexplained: Unexplained | None = None
+    against: list[Lacking] = field(default_factory=list)
 
     @property
     def base(self) -> Step:
@@ -294,24 +295,24 @@ def beside_the_file(
     return (state, whole, as_it_is(model) + entries[count:]) if better else None
 
 
-def by_chance(last: Judgement, given: Judgement) -> bool:
+def by_chance(last: Judgement, given: Judgement, certain: bool) -> bool:
     """Has the error risen by no more than chance, while the record contradicts the given model and
-    not the last one."""
-    return (
-        last.adequacy == "statistical" != given.adequacy
-        and last.error <= given.error + SEARCH.slack * last.floor
-    )
+    not the last one. certain: no chance explains what the last one has more."""
+    if last.adequacy == "statistical" != given.adequacy:
+        least = given.error + SEARCH.slack * last.floor
+        return last.error <= max(least, CHANCE.above_floor * last.floor)
+    return certain and last.adequate and last.error <= last.floor
 
 
 def final_of(
-    last: Judged, given: Judged, model: Model, added: int
+    last: Judged, given: Judged, model: Model, added: int, certain: bool
 ) -> tuple[Judged | None, Model, list[Estimates]]:
     """(state, model, estimates) of the last model, or of what is left of it where its error has
-    risen; the state is None where nothing is."""
+    risen; the state is None where nothing is. certain: see by_chance."""
     if not last.judgement.error > given.judgement.error:
         return last, *fitted_model(last, model)
     beside = beside_the_file(last, given, model, added)
-    if beside is None and by_chance(last.judgement, given.judgement):
+    if beside is None and by_chance(last.judgement, given.judgement, certain):
         return last, *fitted_model(last, model)
     return beside or (None, model, as_it_is(model))
 
@@ -333,6 +334,14 @@ def number_added(found: Diagnosis, state: Judged) -> int:
     """How many of the effects that the search added a state of its path has."""
     given = len(found.states[-1].parts) - len(found.added)
     return 0 if state is found.states[0] else len(state.parts) - given
+
+
+def against_final(found: Diagnosis, added: Sequence[str]) -> list[Lacking]:
+    """What speaks against a final model with these of the effects that the search added."""
+    dropped = set(found.added) - set(added)
+    return found.against + evidence.contradicting(
+        one for one in found.ranking if one.kind in dropped
+    )
 
 
 def improved(
@@ -362,7 +371,8 @@ def improved(
         steps.append(step)
     reached = found.states[len(steps) - 1]
     count = number_added(found, reached)
-    last, final, entries = final_of(reached, given, model, 0 if held_out else count)
+    certain = any(one.kind in found.added and one.gain > SEARCH.certain for one in found.ranking)
+    last, final, entries = final_of(reached, given, model, 0 if held_out else count, certain)
     if last is not reached:  # the file's sizes do better than the likeliest ones: they stay
         steps = (
             [*steps[:-1], step_of(steps[-1].added, last, final, held_out)] if last else steps[:1]
@@ -394,4 +404,5 @@ def improved(
         evidence.notes(recording, model, added, found.ended),
         last or given,
         None if judgement.adequate else left(last or given, model, recording, tried),
+        against_final(found, added) if judgement.adequate else [],
     )

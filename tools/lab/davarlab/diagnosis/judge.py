@@ -2,7 +2,7 @@
 (DESIGN 7)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypedDict
 
 import numpy as np
@@ -10,6 +10,7 @@ from scipy import special
 
 from ..arrays import Floats
 from ..distributions import chi2_isf, chi2_ppf
+from ..inference.reading import Reading
 from ..thresholds import CHANCE, JUDGE
 
 
@@ -44,9 +45,9 @@ class Judgement:
     ratio, tau_s, start_s, stop_s}, None when no deviation is proven. percent is the bound with 99 %
     confidence, ratio the measured Allan deviation over the model's. shown_to_tau_s: the longest tau
     at which the record confirms a fit within 5 %; 0: no tau. shown_from_tau_s: the shortest that is
-    tested. spoiled_by: the observation for which
-    no model is adequate, "" without one. farthest: the least likely deviation, proven or not; None
-    when no averaging time can be tested, and then no model is adequate."""
+    tested. spoiled_by: the observation for which no model is adequate, "" without one. farthest:
+    the least likely deviation, proven or not; None when no averaging time can be tested, and then
+    no model is adequate. reading: None where the record has none."""
 
     adequacy: str
     error: float
@@ -57,6 +58,12 @@ class Judgement:
     spoiled_by: str = ""
     farthest: Deviation | None = None
     shown_from_tau_s: float = 0.0
+    reading: Reading | None = None
+
+    @property
+    def misread(self) -> bool:
+        """Does the record contradict the angle random walk of the model."""
+        return self.reading is not None and abs(self.reading.off) > np.log(JUDGE.tolerance)
 
     @property
     def adequate(self) -> bool:
@@ -129,9 +136,8 @@ def farthest_of(cells: Sequence[Cell]) -> Deviation | None:
 def shown_to(cells: Sequence[Cell]) -> float:
     """The longest tau up to which the whole record shows that the model is within the tolerance
     (TOST at 5 %) (7.3)."""
-    longest = max((cell.stop_s - cell.start_s for cell in cells), default=0.0)
     shown = 0.0
-    for cell in (cell for cell in cells if cell.stop_s - cell.start_s == longest):
+    for cell in over_all(cells):
         spread = np.sqrt(special.polygamma(1, cell.freedom / 2)) / 2
         if abs(np.log(max(cell.ratio, 1e-9))) + JUDGE.one_sided_95 * spread > np.log(
             JUDGE.tolerance
@@ -141,22 +147,27 @@ def shown_to(cells: Sequence[Cell]) -> float:
     return float(shown)
 
 
-def judged(cells: list[Cell], short: list[Cell], p_value: float, spoiled_by: str = "") -> Judgement:
+def judged(
+    cells: list[Cell],
+    short: list[Cell],
+    p_value: float,
+    spoiled_by: str = "",
+    reading: Reading | None = None,
+) -> Judgement:
     """short: cells of short windows, which the error does not count. p_value: of the residual
-    (inference/adequacy.py). spoiled_by: see Judgement."""
+    (inference/adequacy.py). spoiled_by, reading: see Judgement."""
     error, floor = error_of(cells), floor_of(cells)
     largest, off = largest_of(cells + short)
-    small = error <= CHANCE.above_floor * floor  # not if nothing can be tested
     word = (
         "no"
-        if spoiled_by
+        if spoiled_by or error != error  # nothing can be tested
         else "statistical"
-        if small and off == 0 and p_value >= CHANCE.adequate_p
+        if off == 0 and p_value >= CHANCE.adequate_p
         else "practical"
-        if small and abs(off) <= np.log(JUDGE.tolerance)
+        if error <= CHANCE.above_floor * floor and abs(off) <= np.log(JUDGE.tolerance)
         else "no"
     )
-    return Judgement(
+    found = Judgement(
         word,
         error,
         floor,
@@ -166,4 +177,12 @@ def judged(cells: list[Cell], short: list[Cell], p_value: float, spoiled_by: str
         spoiled_by,
         largest or farthest_of(cells),
         min((cell.tau_s for cell in cells), default=0.0),
+        reading,
     )
+    return replace(found, adequacy="no") if found.misread else found
+
+
+def over_all(cells: Sequence[Cell]) -> list[Cell]:
+    """The cells of the whole record."""
+    longest = max((cell.stop_s - cell.start_s for cell in cells), default=0.0)
+    return [cell for cell in cells if cell.stop_s - cell.start_s == longest]

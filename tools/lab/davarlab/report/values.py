@@ -9,6 +9,7 @@ from ..diagnosis.compare import Comparison
 from ..diagnosis.improve import Estimates, Improvement
 from ..diagnosis.judge import Judgement
 from ..diagnosis.unexplained import Unexplained
+from ..inference.estimate import superfluous
 from ..model import Model
 from . import verdict, words
 
@@ -36,7 +37,11 @@ def estimates(entries: Estimates) -> Json:
 
 def fitted(model: Model, entries: Sequence[Estimates]) -> list[Json]:
     return [
-        {"kind": term.kind, "parameters": estimates(entry)}
+        {
+            "kind": term.kind,
+            "parameters": estimates(entry),
+            "superfluous": superfluous(term.kind, entry),
+        }
         for term, entry in zip(model.terms, entries)
     ]
 
@@ -47,6 +52,9 @@ def judgement(j: Judgement) -> Json:
         "adequate": j.adequate,
         "largest_deviation": j.largest,
         "shown_to_tau_s": j.shown_to_tau_s,
+        "arw_reading": None
+        if j.reading is None or j.reading.model == 0
+        else {"ratio": j.reading.ratio, "least": math.exp(j.reading.off)},
         "said": words.in_ascii(verdict.adequacy(j)),
     }
 
@@ -84,7 +92,7 @@ def answered(found: Improvement) -> Json:
                 "p_value": verdict.p_of(one),
                 "said": words.in_ascii(verdict.counter(one)),
             }
-            for one in found.diagnosis.against
+            for one in found.against
         ],
         "useless": [part.kind for part in found.diagnosis.useless],
         "doubtful": found.diagnosis.doubtful,

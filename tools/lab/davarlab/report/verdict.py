@@ -16,8 +16,10 @@ from ..diagnosis.judge import Deviation, Judgement
 from ..diagnosis.state import Judged
 from ..diagnosis.unexplained import Excluded, Hint, Unexplained
 from ..effects import table
-from ..inference.estimate import as_shown
-from ..thresholds import CHANCE, JUDGE
+from ..inference import estimate
+from ..inference.estimate import Entry, as_shown
+from ..inference.reading import Reading
+from ..thresholds import CHANCE, JUDGE, READING
 from . import words
 from .words import capital, listed, name, number, p_is, seconds, times
 
@@ -89,6 +91,8 @@ def adequacy(judgement: Judgement) -> str:
         return f"The model fits{reach(judgement)}: {small(judgement)} {confirmed(judgement)}"
     if judgement.largest and abs(judgement.largest["percent"]) > 5:
         return f"The model does not fit. {proven(judgement.largest)}"
+    if judgement.reading and judgement.misread:
+        return f"The model does not fit. {misread(judgement.reading)}"
     error = (
         "The model does not fit. "
         f"Its error is {judgement.error / judgement.floor:.2f} times that of a true model."
@@ -228,6 +232,35 @@ def proven(deviation: Deviation) -> str:
     )
 
 
+def superfluous(kinds: Sequence[str], entries: Sequence[Entry]) -> list[str]:
+    """The effects of a model that may be absent, in one sentence; none: no sentence."""
+    found = [kind for kind, entry in zip(kinds, entries) if estimate.superfluous(kind, entry)]
+    if not found:
+        return []
+    which = "them" if len(found) > 1 else "it"
+    return [
+        f"{capital(listed(found))} may be absent: the 95 % interval contains this. Remove {which} "
+        "from the model file and fit again."
+    ]
+
+
+def misread(reading: Reading) -> str:
+    """By how much the record contradicts the angle random walk of a model."""
+    least = words.factor(float(np.exp(abs(reading.off))))
+    far = (
+        "more than 1000 times as much angle random walk as the model"
+        if reading.ratio > 1000
+        else f"{words.factor(reading.ratio)} times the angle random walk of the model (a factor of "
+        f"at least {least} with {CONFIDENCE})"
+    )
+    return (
+        f"The recording has {far}: so say its Allan deviation at 1 s and its density from "
+        f"{READING.low_hz:g} to {READING.high_hz:g} Hz, both without the lines of the model. An "
+        "effect with the same spectrum there takes its place, such as a narrow band or short "
+        "Gauss-Markov noise. Remove it, or add the filter of the sensor."
+    )
+
+
 def misfit(comparison: Comparison) -> str:
     """One sentence on where the whole recording deviates significantly from the model, and how
     far."""
@@ -303,7 +336,7 @@ def answer(found: Improvement) -> str:
         return "effects"
     if not found.comparison.adequate:
         return "values"
-    return "contested" if found.diagnosis.against else "fits"
+    return "contested" if found.against else "fits"
 
 
 def missing(given: str, added: Sequence[str]) -> str:
@@ -497,7 +530,7 @@ def of_recording(found: Improvement) -> tuple[str, str]:
         return "bad", adequacy(found.judgement)
     if given == "unknown":
         return "bad", of_unknown(found)
-    against = found.diagnosis.against
+    against = found.against
     if given == "effects":
         said = f"{of_missing(found)} {final(found)}"
         return "missing", f"{said} {contradicted(against)}" if against else said

@@ -23,6 +23,7 @@ from ..diagnosis.state import State
 from ..distributions import chi2_isf
 from ..effects import table
 from ..inference import allan
+from ..inference.estimate import superfluous
 from ..inference.parts import part_of, spectrum_of
 from ..model import Model, Term, is_accel
 from ..report import curves, values, verdict, words
@@ -128,6 +129,7 @@ def card(outcome: Outcome, place: int, taken: tuple[float, float] | None) -> Jso
         ]
         if outcome.state.judgement.spoiled_by
         else rows,
+        "superfluous": superfluous(term.kind, entry) and not outcome.state.judgement.spoiled_by,
         "loss": taken and taken[0],
         "error_without": taken and taken[1],
     }

@@ -71,6 +71,8 @@ function row(card, parameter, label) {
 
 const words = (name) => name.replace(/_(dps|s|hz|Hz|per_.*|degC)$/, "").replaceAll("_", " ");
 
+const remover = (card) => element("button", { class: "link", "aria-label": `Remove ${card.name}`, onclick: () => acting(`Fitting without ${card.name}`, "remove", { place: card.place, kind: card.kind }) }, "Remove");
+
 // More values, and what can be done with the effect.
 function more(card) {
   const shape = card.parameters.filter((one, i) => i).map((one) => row(card, one, words(one.name)));
@@ -79,7 +81,7 @@ function more(card) {
     card.loss === null || card.loss === undefined ? null : ` Without it, the log-likelihood falls by ${number(card.loss)}, and the error is ${number(card.error_without)}.`), ...shape,
   element("div", { class: "row" }, element("label", { title: "Keep these values while the others are fitted" }, hold, " hold"), element("span", { class: "grow" }),
     now.all.code && now.all.own.includes(card.kind) && element("button", { class: "link", "aria-label": `Edit ${card.name}`, onclick: () => edit(null, card) }, "Edit"),
-    element("button", { class: "link", "aria-label": `Remove ${card.name}`, onclick: () => acting(`Fitting without ${card.name}`, "remove", { place: card.place, kind: card.kind }) }, "Remove")));
+    card.superfluous ? null : remover(card)));
 }
 
 const unfolded = new Set();
@@ -97,7 +99,8 @@ function effect(card) {
     button.setAttribute("aria-expanded", String(!detail.hidden));
     if (detail.hidden) unfolded.delete(key(card)); else unfolded.add(key(card));
   };
-  return element("article", { class: "effect", "data-kind": card.kind }, button, first ? row(card, first, titled(card)) : element("span", {}, titled(card)), detail);
+  return element("article", { class: `effect${card.superfluous ? " nothing" : ""}`, "data-kind": card.kind }, button, first ? row(card, first, titled(card)) : element("span", {}, titled(card)),
+    card.superfluous && element("div", { class: "row small absent" }, element("span", { class: "soft grow" }, "May be absent"), remover(card)), detail);
 }
 
 const switchedOff = (one, place) => element("article", { class: "effect off" }, element("span", { class: "grow soft" }, capital(one.kind.replaceAll("_", " "))),
