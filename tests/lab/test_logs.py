@@ -96,7 +96,12 @@ LOGS = {  # name: (writer, origin of the stamps; what of it is not checked: opti
     "new.mat": (writing.matlab_73, SINCE_START, {}),
     "log.npz": (writing.npz, "unix", {}),
     "apart.npz": (writing.apart, "unix", {"accel": False}),  # a temperature with its own time
-    "log.npy": (writing.npy, SINCE_START, {"accel": False, "temp": False}),
+    "log.npy": (
+        writing.npy,
+        SINCE_START,
+        {"accel": False, "temp": False},
+        *("--unit", "gyro=deg/s"),
+    ),
     "log.parquet": (writing.table, "unix", {}),
 }
 UNITS = {  # logs of several units: (writer, name of a unit)
@@ -113,9 +118,9 @@ def stamps_of(truth, origin):
 
 @pytest.mark.parametrize("name", LOGS)
 def test_what_the_library_of_a_format_wrote_comes_back(logs, name):
-    write, origin, checked = LOGS[name]
+    write, origin, checked, *how = LOGS[name]
     write(logs.work / name, logs.truth)
-    _, columns = logs.imported(logs.work / name)
+    _, columns = logs.imported(logs.work / name, *how)
     logs.check(columns, **checked)
     logs.check_stamps(columns, stamps_of(logs.truth, origin))
 

@@ -67,7 +67,9 @@ def of(recording: Recording, columns: Iterable[str] | None = None) -> list[str]:
     if recording.as_recorded:
         return []
     gyros = [name for name in columns or recording.columns if name.endswith(("_dps", "_rad_s"))]
-    return doubts(recording.columns, recording.read_hz or recording.rate_hz, recording.known, gyros)
+    unsure = dict.fromkeys(said for name, said in recording.unsure.items() if name in gyros)
+    rate_hz = recording.read_hz or recording.rate_hz
+    return [*unsure, *doubts(recording.columns, rate_hz, recording.known, gyros)]
 
 
 def note(columns: Mapping[str, Floats], rate_hz: float) -> str | None:

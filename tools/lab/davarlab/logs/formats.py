@@ -213,7 +213,13 @@ def recording_of(found: Samples, path: StrPath, rate_hz: float | None) -> Record
         found.columns, rate_hz or found.rate_hz, path, found.notes, found.line
     )
     made.origin_ns = found.origin_ns
+    made.unsure = unsure(found)
     return made
+
+
+def unsure(found: Samples) -> dict[str, str]:
+    """column -> why the unit of a gyro is in doubt."""
+    return {one.column: one.doubt for one in found.guesses if one.quantity == "gyro" and one.doubt}
 
 
 def read(
@@ -239,7 +245,7 @@ def read(
 
 def doubts(found: Samples, rate_hz: float) -> list[str]:
     """What is implausible about Samples, before they are on a grid."""
-    return plausible.of(recordings.Recording(found.columns, rate_hz))
+    return plausible.of(recordings.Recording(found.columns, rate_hz, unsure=unsure(found)))
 
 
 def said(found: Samples) -> Iterator[str]:
@@ -248,12 +254,11 @@ def said(found: Samples) -> Iterator[str]:
     if found.said:
         yield ", ".join(found.said)
     for one in found.guesses:
-        if one.quantity != "other" and (one.name != one.column or not one.sure):
-            how = (
-                f"{one.unit} by its {'name' if one.sure else 'numbers'}"
-                if one.unit
-                else "unchanged"
-            )
+        if one.quantity == "accel" and one.doubt:
+            yield f"{one.name}: {one.doubt}"
+        elif one.quantity != "other" and (one.name != one.column or not one.sure):
+            by = one.how or f"its {'name' if one.sure else 'numbers'}"
+            how = f"{one.unit} by {by}" if one.unit else "unchanged"
             yield f"{one.name} -> {one.column}, {how}" + (
                 "" if one.sure else f" (--unit {one.name}=UNIT overrides it)"
             )

@@ -282,11 +282,10 @@ def overridden(guesses: list[Guess], given: Iterable[str], path: StrPath) -> lis
         for one in met:
             factors = guess.UNITS.get(one.quantity, {})
             try:
-                one.unit, one.factor, one.sure = (
-                    (unit, factors[unit], True)
-                    if unit in factors
-                    else ("counts", float(unit), True)
+                one.unit, one.factor = (
+                    (unit, factors[unit]) if unit in factors else ("counts", float(unit))
                 )
+                one.sure, one.how, one.doubt = True, "", ""
             except ValueError:
                 raise BadInput(
                     f"--unit {pair}: not a unit of {one.name} (there are: {', '.join(factors)}; or "

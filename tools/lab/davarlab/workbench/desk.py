@@ -104,8 +104,12 @@ def doubts_of(
     if not ticks:
         return []
     named = {one.column: columns[one.name] * one.factor for one in found if one.quantity != "other"}
-    gyros = [one.column for one in found if one.quantity == "gyro"]
-    return plausible.doubts(named, ticks.rate_hz, None, gyros)
+    gyros = [one for one in found if one.quantity == "gyro"]
+    unsure = dict.fromkeys(one.doubt for one in gyros if one.doubt)
+    return [
+        *unsure,
+        *plausible.doubts(named, ticks.rate_hz, None, [one.column for one in gyros]),
+    ]
 
 
 def picture(column: Floats) -> Json:
