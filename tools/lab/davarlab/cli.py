@@ -10,12 +10,13 @@ from typing import Any, NoReturn
 import numpy as np
 
 from . import arithmetic, files, places
-from .commands import analysis, logs, measuring, models
+from .commands import analysis, imu, logs, measuring, models
 from .effects import own
 from .errors import BadInput, internal_error, outside_error, printable
 
 # As --help lists them.
 ORDER = (
+    "imu",
     "simulate",
     "fit",
     "compare",
@@ -34,7 +35,7 @@ ORDER = (
     "benchmark",
     "nulls",
 )
-FOUND = analysis.COMMANDS | models.COMMANDS | logs.COMMANDS
+FOUND = imu.COMMANDS | analysis.COMMANDS | models.COMMANDS | logs.COMMANDS
 if places.tests():  # only a checkout of the repository has what these two run
     FOUND |= measuring.COMMANDS
 COMMANDS = {name: FOUND[name] for name in ORDER if name in FOUND}

@@ -15,6 +15,10 @@ class BadInput(Exception):
     status 2."""
 
 
+class Moving(BadInput):
+    """A recording that moves most of the time."""
+
+
 def printable(text: object) -> str:
     """A text in one line that any terminal shows as it is: what it would act upon, and what is no
     character, as Python writes it."""

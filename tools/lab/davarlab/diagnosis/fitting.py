@@ -14,7 +14,7 @@ from ..data import recording as recordings
 from ..data.events import Shocks
 from ..data.observations import Observation
 from ..data.recording import MINIMUM_SAMPLES, Recording
-from ..errors import BadInput
+from ..errors import BadInput, Moving
 from ..inference import adequacy, changes, gaps, images, modulation, reading, refine
 from ..inference.parts import Bench, Part, as_spectra, part_of, without
 from ..inference.whittle import Data
@@ -129,8 +129,8 @@ def check_at_rest(recording: Recording, seen: Sequence[Observation]) -> None:
         if rests
         else "it never rests"
     )
-    raise BadInput(
-        f"{recording.name}: the sensor moves in {100 * share:.2g} % of the recording, so this is "
+    raise Moving(
+        f"{recording.name}: the sensor moves in {100 * share:.0f} % of the recording, so this is "
         f"not a recording at rest ({rest}). Put the sensor on a solid base, do not touch it, and "
         "record again, or cut the file to a part at rest"
     )

@@ -506,6 +506,33 @@ def search(
     return reached, way, useless + [one.parts[-1] for one in found[len(reached) :]]
 
 
+# What stands beside white and slow noise in a spectrum, and the drifts that pass for slow noise.
+OF_NOISE = frozenset(
+    ("low_pass", "moving_average", "high_pass", "narrow_band", "sinusoid", "quantization")
+    + ("rate_random_walk", "gauss_markov", "rate_ramp", "warm_up", "temperature")
+)
+
+
+def of_noise(state: State, model: Model, progress: Progress) -> Judged:
+    """The model with what its noise needs to fit, and no more: the sizes of white and slow noise
+    are then right, and nothing else is asked."""
+    given = len(model.terms)
+    rounds = 1 if state.known is None else 2
+    for place in range(rounds):
+        state = redrawn(state, model) if place else state
+        way = Search(state, state, given, True, hopeless=frozenset(table.TABLE) - OF_NOISE)
+        found, more = judged(state), True
+        for _ in range(SEARCH.steps_most):
+            if found.judgement.adequate or not more or state.spoiled:
+                break
+            progress(f"adding to {', '.join(way.state.model_kinds)}")
+            before, (way, more) = way.state, way.step()
+            if way.state is not before:
+                found = judged(way.state)
+        state = found
+    return found
+
+
 def best(found: list[Judged]) -> list[Judged]:
     """The states up to the last adequate one; all of them if none is adequate."""
     for count in range(len(found), 0, -1):

@@ -83,8 +83,6 @@ def noise_of(model: Model, where: str, bias_time_s: float) -> Noise:
         scale * sized(model, kind)
         for kind in ("angle_random_walk", "bias_instability", "rate_random_walk")
     )
-    if not white:
-        raise BadInput(f"{where}: the model has no angle_random_walk, which every filter needs")
     said = "rate_random_walk"
     slow = [term.parameters for term in model.terms if term.kind == "gauss_markov"]
     if not walk and slow:
@@ -192,6 +190,11 @@ def rate_lines(lines: Sequence[str], noises: Sequence[Noise]) -> list[str]:
     ]
 
 
+def chain_lines(lines: Sequence[str], noises: Sequence[Noise]) -> list[str]:
+    """The members of imu0 in kalibr_imu_chain.yaml of OpenVINS."""
+    return ["imu0:", *(f"  {line}" for line in rate_lines(lines, noises))]
+
+
 PX4_WHITE, PX4_WALK = per_step(PX4_S)
 ARDU_WHITE, ARDU_WALK = per_step(ARDUPILOT_S)
 STEP = (
@@ -249,6 +252,17 @@ FORMATS = {
         "of a line of slope 1/2 through the whole curve, which is too high where the curve is "
         "flat. The value here comes from the fitted model.",
         rate_lines,
+    ),
+    "openvins": Format(
+        "OpenVINS (members of imu0 in kalibr_imu_chain.yaml)",
+        "#",
+        KALIBR,
+        yaml_line,
+        "OpenVINS, Propagator.cpp: continuous time, divided by the root of the step",
+        "OpenVINS recommends values 10 to 20 times those at rest. They stand for vibration, scale "
+        "and time errors. A recording on the running robot measures the vibration, a factor only "
+        "guesses it.",
+        chain_lines,
     ),
     "px4": Format(
         "PX4 EKF2 (param set lines)",
@@ -448,6 +462,26 @@ FORMATS = {
         "times it (0.1), to cover vibration and delayed time stamps. If the estimate jumps with "
         "motion, increase N first, never K.",
     ),
+    "betaflight": Format(
+        "Betaflight (comments for a CLI file)",
+        "#",
+        (
+            Parameter(
+                "gyro noise density",
+                "gyro",
+                "deg/s/sqrt(Hz)",
+                "N",
+                lambda noise: math.degrees(noise.white),
+                True,
+                "Betaflight has no parameter for it: its attitude filter has fixed gains. Behind a "
+                "low-pass of f Hz, the gyro scatters by about N sqrt(3.1 f) with one pole, and "
+                "by N sqrt(2.2 f) with two",
+            ),
+        ),
+        lambda name, values: f"# {name}, deg/s/sqrt(Hz): {listed(values)}",
+        "Betaflight, src/main/flight/imu.c: no noise density",
+        "Not inflated. In flight, the rotors dominate: give imu the blackbox log.",
+    ),
     "matlab": Format(
         "MATLAB gyroparams and accelparams (.m)",
         "%",
@@ -527,6 +561,9 @@ def text(
 ) -> str:
     """A file in the format FORMATS[name]. models: (path, Model), one per axis. Raises BadInput."""
     form, noises = FORMATS[name], [noise_of(model, path, bias_time_s) for path, model in models]
+    for (path, _), noise in zip(models, noises):
+        if not noise.white:
+            raise BadInput(f"{path}: the model has no angle_random_walk, which every filter needs")
     keys = [(noise.quantity, noise.axis) for noise in noises]
     twice = next((key for key in keys if keys.count(key) > 1), None)
     if twice:

@@ -1,0 +1,158 @@
+"""The numbers for a filter: against AllanTools on recordings of sensors, against what a simulation
+was made with, and against the formulas of the other programs."""
+
+import json
+import math
+import os
+import re
+from pathlib import Path
+
+import allantools
+import lab_bench
+import numpy as np
+import pytest
+import yaml
+from asking import run
+from davarlab.data import recording as recordings
+from davarlab.report import parameters
+
+ROOT = Path(__file__).resolve().parents[2]
+REAL = Path(os.environ.get("DAVAR_REAL_DATA", ROOT.parent / "shared/data/real"))
+FLIGHTS = REAL.parent / "flight"
+RATE, RAD = 100.0, math.pi / 180
+N, B = {"x": 0.2, "y": 0.3, "z": 0.4}, 5.0
+VRW = 0.06  # m/s/sqrt(h)
+
+
+@pytest.fixture(scope="module")
+def imu(tmp_path_factory):
+    """Ten minutes of three gyros and three accelerometers at rest."""
+    rng = np.random.default_rng(11)
+    count = int(600 * RATE)
+    columns = {"time_s": np.arange(count) / RATE}
+    columns |= {
+        f"gyro_{axis}_dps": lab_bench.noise(count, RATE, rng, n, B) for axis, n in N.items()
+    }
+    force = VRW / 60 * np.sqrt(RATE) / 9.80665 * rng.standard_normal((3, count))
+    columns |= {f"accel_{axis}_g": one for axis, one in zip("xyz", force + [[0], [0], [1]])}
+    return lab_bench.write_csv(tmp_path_factory.mktemp("imu") / "imu.csv", columns)
+
+
+def found(*words, statuses=(0,)):
+    done = run("imu", *words, "--json")
+    assert done.returncode in statuses, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_every_axis_and_all_together_have_what_they_were_made_with(imu):
+    told = found(imu)["axes"]
+    inside = 0
+    for axis, true in N.items():
+        arw = told[f"gyro_{axis}_dps"]["ARW [deg/sqrt(h)]"]
+        inside += arw["low"] < true < arw["high"]
+        assert arw["high"] / arw["low"] < 1.03
+        assert arw["value"] == pytest.approx(true, rel=0.03)
+        density = told[f"gyro_{axis}_dps"]["gyroscope_noise_density [rad/s/sqrt(Hz)]"]
+        assert density["value"] == pytest.approx(arw["value"] / 60 * RAD)
+        vrw = told[f"accel_{axis}_g"]["VRW [m/s/sqrt(h)]"]
+        inside += vrw["low"] < VRW < vrw["high"]
+    assert inside >= 4  # of 6 at 95 %: fewer has a chance of 0.2 %
+    mean = told["gyro pooled"]["ARW [deg/sqrt(h)]"]
+    assert mean["low"] < np.sqrt(np.mean(np.square(list(N.values())))) < mean["high"]
+
+
+def test_a_file_has_the_numbers_of_the_table(imu, lab):
+    told = found(imu)["axes"]
+    out = lab.work / "imu.yaml"
+    done = run("imu", imu, "--to", "kalibr", "-o", out)
+    assert done.returncode == 0
+    assert str(out) in done.stdout
+    made = yaml.safe_load(out.read_text())
+    name = "gyroscope_noise_density"
+    most = max(told[f"gyro_{axis}_dps"][f"{name} [rad/s/sqrt(Hz)]"]["value"] for axis in "xyz")
+    assert made[name] == pytest.approx(most, rel=1e-5)
+    assert made["update_rate"] == RATE
+
+
+@pytest.mark.parametrize("target", [*parameters.FORMATS, "json"])
+def test_every_target_has_its_units_and_its_file(imu, lab, target):
+    out = lab.work / "out"
+    done = run("imu", imu, "--to", target, "-o", out)
+    assert done.returncode == 0, done.stderr
+    form = parameters.FORMATS.get(target, parameters.FORMATS["kalibr"])
+    for one in form.parameters:
+        assert one.name in done.stdout
+        assert one.unit in done.stdout
+    assert out.stat().st_size > 200
+    if target == "openvins":
+        assert set(yaml.safe_load(out.read_text())["imu0"]) > {"gyroscope_noise_density"}
+
+
+def test_what_a_value_at_rest_does_not_say_is_said(imu):
+    said = run("imu", imu).stdout
+    for word in ("Motion: ", "Vibration: ", "Temperature: not recorded", "Filter: none"):
+        assert word in said
+
+
+def test_a_file_that_is_there_stays(imu, lab, monkeypatch):
+    monkeypatch.chdir(lab.work)
+    assert run("imu", imu, "--to", "px4").returncode == 0
+    assert "param set EKF2_GYR_NOISE" in (lab.work / "imu_px4.params").read_text()
+    lab.refused("imu_px4.params: exists already. Type -o FILE", "imu", imu, "--to", "px4")
+    lab.refused("-o: type --to FORMAT too", "imu", imu, "-o", lab.work / "new.yaml")
+
+
+READINGS = [  # a recording, its axes, and the axes whose Allan deviation at 1 s is white noise
+    ("mpu6050_static_11min_jitter.csv.gz", "xyz"),
+    ("adis16405_run1_static.csv.gz", "xyz"),
+    ("mpu6050_temp_ramp_gaps.csv.gz", "y"),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name, axes", READINGS)
+def test_sensors_read_as_allantools_reads_them(name, axes):
+    """60 times the Allan deviation at 1 s, within 5 %."""
+    path = REAL / name
+    if not path.exists():
+        pytest.skip(f"{name} is not there")
+    recording = recordings.read(path)
+    told = found(path, statuses=(0, 1))["axes"]
+    for axis in axes:
+        y = recording.columns[f"gyro_{axis}_dps"]
+        if recording.known is not None:  # the longest stretch without a gap
+            edges = np.flatnonzero(np.diff(np.r_[0, recording.known.astype(int), 0]))
+            first, last = max(zip(edges[::2], edges[1::2]), key=lambda one: one[1] - one[0])
+            y = y[first:last]
+        taus = np.array([1.0]) if len(y) > 50 * recording.rate_hz else np.array([0.1])
+        _, deviation, _, _ = allantools.oadev(y, recording.rate_hz, "freq", taus)
+        reading = 60 * float(deviation[0]) * np.sqrt(taus[0])
+        value = told[f"gyro_{axis}_dps"]["ARW [deg/sqrt(h)]"]["value"]
+        assert value == pytest.approx(reading, rel=0.05), axis
+
+
+@pytest.mark.slow
+def test_a_flight_has_its_floor():
+    path = FLIGHTS / "betaflight_hover_17s_1khz.csv.gz"
+    if not path.exists():
+        pytest.skip(f"{path.name} is not there")
+    done = run("imu", path, "--as-recorded")
+    assert done.returncode == 0, done.stderr
+    floors = re.findall(
+        r"noise between rotor lines and motion: ([\d.]+) deg/sqrt\(h\)", done.stdout
+    )
+    assert len(floors) == 3
+    assert all(0.5 < float(one) < 3 for one in floors)
+    assert "at rest" in done.stdout
+
+
+@pytest.mark.slow
+def test_the_output_in_the_documentation_is_the_one_of_the_command(lab, monkeypatch):
+    monkeypatch.chdir(lab.work)
+    (lab.work / "build").mkdir()
+    scenario = ROOT / "data/tutorial_sensor.toml"
+    assert run("simulate", scenario, "-o", "build/rec.csv").returncode == 0
+    text = (ROOT / "docs/IMU.md").read_text()
+    command, shown = re.findall(r"```(?:sh|text)\n(.*?)\n```", text, re.DOTALL)
+    done = run(*command.removeprefix("tools/davarlab ").split())
+    assert done.stdout.rstrip("\n") == shown

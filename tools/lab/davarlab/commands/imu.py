@@ -1,0 +1,442 @@
+"""imu: the numbers that a filter wants, of every axis of a log, in one table and one file."""
+
+import argparse
+import csv
+import io
+import math
+import os
+import subprocess
+import tempfile
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .. import axes, files, places
+from .. import model as models
+from ..data import recording as recordings
+from ..data import signals
+from ..data.recording import Recording
+from ..diagnosis import fitting, improve, search
+from ..diagnosis.improve import Estimates
+from ..effects import table
+from ..errors import BadInput, Moving
+from ..inference.estimate import Estimate
+from ..model import Model
+from ..report import parameters, verdict, words
+from ..report.parameters import Noise, Parameter
+from . import option_types
+from .shared import LOG, REC, Command, argument, emit, progress, recorded
+
+DEFAULT = "kalibr"  # whose names the table has without --to
+DATA = "json"  # of --to: what --json prints
+SIMULATOR = "DAVAR_SIM"  # environment variable with the path of davar-sim
+STRIDE_S = 0.5  # between two windows of a flight
+RAD = 180 / math.pi
+WHITE = "coefficient_deg_per_sqrt_h"  # of angle random walk, the first effect of a model
+FAMILIAR = {
+    "gyro": (
+        Parameter("ARW", "gyro", "deg/sqrt(h)", "", lambda noise: 60 * RAD * noise.white),
+        Parameter(
+            "bias instability", "gyro", "deg/h", "", lambda noise: 3600 * RAD * noise.flicker
+        ),
+    ),
+    "accel": (
+        Parameter("VRW", "accel", "m/s/sqrt(h)", "", lambda noise: 60 * noise.white),
+        Parameter(
+            "bias instability", "accel", "ug", "", lambda noise: 1e6 / 9.80665 * noise.flicker
+        ),
+    ),
+}
+
+
+@dataclass
+class Axis:
+    """One axis. model, estimates: of the analysis at rest, None where it moves; fits: the verdict
+    on the model; said: its sentence; reading: the angle random walk that the record has without the
+    model, deg/sqrt(h), with its ends; floor: deg/sqrt(h) of the windows of a flight."""
+
+    column: str
+    model: Model | None = None
+    estimates: Sequence[Estimates] = ()
+    fits: bool = False
+    said: str = ""
+    reading: tuple[float, float] | None = None
+    floor: Sequence[float] = ()
+
+    @property
+    def quantity(self) -> str:
+        return self.column.split("_")[0]
+
+
+Value = tuple[float, float | None, float | None]  # with its 95 % interval, where it has one
+
+
+def at_end(axis: Axis, end: str) -> Model:
+    """The model of an axis with the sizes of its effects at an end of their intervals. Those of a
+    model that fails do not hold: its white noise is that of the reading."""
+    assert axis.model is not None
+    terms = []
+    for term, entry in zip(axis.model.terms, axis.estimates):
+        effect = table.find(term.kind)
+        one = entry.get(effect.size.name)
+        if effect.role != "filter" and one is not None:
+            value = getattr(one if axis.fits else read_off(axis, term.kind, one), end)
+            held = one.number if value is None else value
+            term = replace(term, parameters={**term.parameters, effect.size.name: held})
+        terms.append(term)
+    return replace(axis.model, terms=terms, column=axis.column)
+
+
+def read_off(axis: Axis, kind: str, one: Estimate) -> Estimate:
+    """A size of a model that fails."""
+    if kind != "angle_random_walk" or axis.reading is None:
+        return Estimate(one.value)
+    low, high = axis.reading
+    value = one.number if low <= one.number <= high and one.number else (low + high) / 2
+    return Estimate(value, low, high)
+
+
+def noises(axis: Axis, bias_time_s: float) -> tuple[Noise, Noise, Noise]:
+    """(at the lower ends, estimated, at the upper ends)."""
+    low, value, high = (
+        parameters.noise_of(at_end(axis, end), axis.column, bias_time_s)
+        for end in ("low", "value", "high")
+    )
+    return low, value, high
+
+
+def value_of(parameter: Parameter, axis: Axis, bias_time_s: float) -> Value:
+    low, value, high = (parameter.value(one) for one in noises(axis, bias_time_s))
+    return (value, low, high) if low < high else (value, None, None)
+
+
+def pooled(values: Sequence[Value]) -> Value:
+    """The root mean square of the axes, and its interval."""
+    middle = np.array([value for value, _, _ in values])
+    mean = float(np.sqrt(np.mean(middle**2)))
+    if not mean or any(low is None or high is None for _, low, high in values):
+        return mean, None, None
+    below, above = (
+        float(np.sqrt(np.sum((middle * np.abs(ends - middle)) ** 2))) / (len(values) * mean)
+        for ends in (np.array([float(one[end] or 0.0) for one in values]) for end in (1, 2))
+    )
+    return mean, max(mean - below, 0.0), mean + above
+
+
+def shown(value: Value) -> str:
+    middle, low, high = value
+    between = "" if low is None or high is None else f" ({low:.3g} .. {high:.3g})"
+    return f"{middle:.4g}{between}"
+
+
+def of_axis(whole: Recording, column: str, bandwidth: str) -> Axis:
+    """What the analysis finds on an axis at rest; of a flight, its floor."""
+    recording, model = axes.for_analysis(whole, models.first(whole.rate_hz, column))
+    try:
+        start = fitting.start(recording, model)
+    except Moving as why:
+        floor = flown(whole, column, bandwidth) if column.startswith("gyro") else []
+        said = str(why).removeprefix(f"{whole.name}: ")
+        return Axis(column, said=said, floor=floor)
+    except BadInput as why:  # an axis of its own: it is dead, or too little of it is left
+        return Axis(column, said=str(why))
+    found = search.of_noise(start, model, lambda text: None)
+    made, estimates = improve.fitted_model(found, model)
+    judgement = found.judgement
+    read = judgement.reading
+    ends = None
+    if read is not None:
+        ends = min(read.deviation[1], read.density[1]), max(read.deviation[2], read.density[2])
+    fits = judgement.adequate and bool(estimates[0][WHITE].number)
+    if not fits and (ends is None or not ends[1]):
+        return Axis(column, said=f"this recording shows no white noise. {said}")
+    said = axes.in_units(words.in_ascii(verdict.adequacy(judgement)), column)
+    if judgement.spoiled_by:
+        return Axis(column, said=said)
+    return Axis(column, made, estimates, fits, said, ends)
+
+
+def flown(recording: Recording, column: str, bandwidth: str) -> list[float]:
+    """The floor of each window, by davar-sim. Raises BadInput where it is not there, or fails."""
+    program = os.environ.get(SIMULATOR) or places.shared("build/tools/host_sim/davar-sim")
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "flight.csv"
+        recordings.write(recording, path)
+        stride = max(1, round(STRIDE_S * recording.rate_hz))
+        words = ["--floor", "--bandwidth", bandwidth, "--stride", str(stride)]
+        try:
+            done = subprocess.run(
+                [str(program), str(path), "--column", column, *words],
+                capture_output=True,
+                text=True,
+                check=False,
+            )
+        except OSError as why:
+            raise BadInput(
+                f"{program}: {why.strerror or why}. It measures the noise of a recording in motion "
+                f"(set {SIMULATOR} to the path of davar-sim)"
+            ) from None
+    if done.returncode:
+        raise BadInput(done.stderr.strip().splitlines()[-1])
+    rows = csv.DictReader(io.StringIO(done.stdout))
+    return [float(row["floor_deg_per_sqrt_h"]) for row in rows if row["floor_why"] == "0"]
+
+
+def columns(found: Sequence[Axis], quantity: str, target: str) -> list[Parameter]:
+    """What the table has of a sensor: the usual numbers, then those of the target in its units."""
+    form = parameters.FORMATS.get(target, parameters.FORMATS[DEFAULT])
+    return [
+        *FAMILIAR[quantity],
+        *(one for one in form.parameters if one.quantity == quantity),
+    ]
+
+
+def rows(
+    found: Sequence[Axis], quantity: str, target: str, bias_time_s: float
+) -> tuple[list[Parameter], dict[str, list[Value]]]:
+    """(parameters, axis -> their values), with all axes pooled."""
+    own = [one for one in found if one.quantity == quantity and one.model is not None]
+    head = columns(found, quantity, target)
+    out = {one.column: [value_of(each, one, bias_time_s) for each in head] for one in own}
+    if len(own) > 1:
+        out["pooled"] = [pooled([out[one.column][i] for one in own]) for i in range(len(head))]
+    return head, out
+
+
+def text_of(found: Sequence[Axis], target: str, bias_time_s: float) -> list[str]:
+    lines: list[str] = []
+    for quantity in FAMILIAR:
+        head, values = rows(found, quantity, target, bias_time_s)
+        cells = [
+            ["", *(one.name for one in head)],
+            ["95 %", *(one.unit for one in head)],
+            *([name, *map(shown, own)] for name, own in values.items()),
+        ]
+        wide = [max(map(len, column)) + 2 for column in zip(*cells)]
+        lines += [
+            "".join(cell.ljust(width) for cell, width in zip(row, wide)).rstrip()
+            for row in (cells if values else ())
+        ] + [""] * bool(values)
+    for one in found:
+        if one.model is None:
+            lines.append(f"{one.column}: {one.said}")
+        if len(one.floor):
+            low, middle, high = np.quantile(one.floor, (0.1, 0.5, 0.9))
+            lines.append(
+                f"  noise between rotor lines and motion: {middle:.3g} deg/sqrt(h) (80 % of "
+                f"{len(one.floor)} windows: {low:.3g} to {high:.3g})"
+            )
+    return lines
+
+
+def in_use(found: Sequence[Axis], recording: Recording) -> list[str]:
+    """Why a value at rest may fail in use: a sentence each on motion, vibration, temperature and
+    the filter."""
+    still = [one for one in found if one.model is not None]
+    if not still:
+        return []
+    return [
+        "Motion: the numbers hold at rest. Scale and alignment errors, which "
+        "grow with the rate, are not in them.",
+        vibration(recording),
+        temperature(still, recording),
+        filtered(still),
+    ]
+
+
+def vibration(recording: Recording) -> str:
+    forces = [name for name in recording.columns if models.is_accel(name) and axes.unit_of(name)]
+    if not forces:
+        return "Vibration: no accelerometer was recorded. Measure on the running vehicle too."
+    window = max(3, int(recording.rate_hz))
+    rms = [
+        float(np.std(signals.high_passed(recording.column(name), window)))
+        * axes.TO_MPS2[axes.unit_of(name) or "g"]
+        for name in forces
+    ]
+    return (
+        f"Vibration: {max(rms) / axes.TO_MPS2['g']:.2g} g rms in this recording, noise of the "
+        "accelerometer included. On a running vehicle it is 0.1 to several g, and the noise of a "
+        "MEMS gyro grows with it: give imu a recording of one."
+    )
+
+
+def temperature(still: Sequence[Axis], recording: Recording) -> str:
+    column = next((name for name in recording.columns if name.startswith("temp")), None)
+    if column is None:
+        return "Temperature: not recorded. The bias of a MEMS gyro changes with it."
+    values = recording.column(column)
+    moved = f"from {values.min():.3g} to {values.max():.3g} degC"
+    follows = sorted(
+        {
+            f"{one.column} ({term.kind.replace('_', ' ')})"
+            for one in still
+            if one.model
+            for term in one.model.terms
+            if "temperature" in term.kind or term.kind == "warm_up"
+        }
+    )
+    return f"Temperature: {moved}. " + (
+        f"It moves {', '.join(follows)}; the numbers are without that."
+        if follows
+        else "What the bias follows of it is in bias instability and random walk. To separate it, "
+        "run diagnose."
+    )
+
+
+def filtered(still: Sequence[Axis]) -> str:
+    own = sorted(
+        {
+            term.kind.replace("_", " ")
+            for one in still
+            if one.model
+            for term in one.model.terms
+            if table.find(term.kind).role == "filter"
+        }
+    )
+    if not own:
+        return (
+            "Filter: none was found below half the sample rate. Vibration above half the sample "
+            "rate is folded into the band."
+        )
+    return (
+        f"Filter: {' and '.join(own)} found. The densities hold before it; a sample has "
+        "less noise than density times the root of the rate."
+    )
+
+
+def plain(found: Sequence[Axis], target: str, bias_time_s: float, said: Sequence[str]) -> Any:
+    out: dict[str, Any] = {}
+    for quantity in FAMILIAR:
+        head, values = rows(found, quantity, target, bias_time_s)
+        for name, own in values.items():
+            key = f"{quantity} pooled" if name == "pooled" else name
+            out[key] = {
+                f"{parameter.name} [{parameter.unit}]": dict(zip(("value", "low", "high"), value))
+                for parameter, value in zip(head, own)
+            }
+    return {
+        "axes": out,
+        "fits": {one.column: one.fits for one in found if one.model is not None},
+        "said": {one.column: one.said for one in found},
+        "floor_deg_per_sqrt_h": {one.column: list(one.floor) for one in found if one.floor},
+        "in_use": list(said),
+    }
+
+
+def output_of(options: argparse.Namespace) -> str | None:
+    """The file to write: --output, or one named after the log and the format, which is not there
+    yet."""
+    if not options.to or options.output:
+        return str(options.output) if options.output else None
+    name = Path(options.recording).name.split(".")[0]
+    path = f"{name}_{options.to}{ENDINGS.get(options.to, '.yaml')}"
+    if os.path.exists(path):
+        raise BadInput(f"{path}: exists already. Type -o FILE")
+    return path
+
+
+ENDINGS = {
+    "px4": ".params",
+    "ardupilot": ".param",
+    "betaflight": ".txt",
+    "gtsam": ".py",
+    "matlab": ".m",
+    "basalt": ".jsonc",
+    DATA: ".json",
+}
+
+
+def run_imu(options: argparse.Namespace) -> int:
+    if options.output and not options.to:
+        raise BadInput("-o: type --to FORMAT too (such as --to kalibr)")
+    output = output_of(options)
+    recording = recorded(options, options.recording)
+    names = [name for name in axes.of_page(recording) if name.startswith(("gyro_", "accel_"))]
+    if not names:
+        raise BadInput(
+            f"{options.recording}: no gyro and no accelerometer (there are: "
+            f"{', '.join(recording.columns)})"
+        )
+    progress(f"analysing {', '.join(names)}")
+    with ProcessPoolExecutor(min(len(names), os.cpu_count() or 1)) as pool:
+        asked = [pool.submit(of_axis, recording, column, options.bandwidth) for column in names]
+        found = [one.result() for one in asked]
+    said = in_use(found, recording)
+    data = plain(found, options.to or DEFAULT, options.bias_time, said)
+    lines = text_of(found, options.to or DEFAULT, options.bias_time)
+    lines += [f"{one.column}: {one.said}" for one in found if one.model and not one.fits]
+    lines += [
+        f"{name}: counts without a unit. Type --unit gyro=FACTOR, the deg/s of a count"
+        for name in recording.columns
+        if name.startswith("gyro_") and name.endswith("_counts")
+    ]
+    lines += ["", *said]
+    if output:
+        write(options, found, output, data)
+        lines.append(f"\n{output}")
+    emit(options, {**data, "file": output}, "\n".join(lines))
+    return 0 if all(one.fits or one.floor for one in found) else 1
+
+
+def write(options: argparse.Namespace, found: Sequence[Axis], output: str, data: Any) -> None:
+    from ..report import values  # with json
+
+    if options.to == DATA:
+        import json
+
+        text = json.dumps(values.plain(data), indent=2) + "\n"
+    else:
+        given = [(one.column, at_end(one, "value")) for one in found if one.model is not None]
+        if not given:
+            raise BadInput(
+                f"--to {options.to}: {options.recording} moves, so no axis has a value at rest. "
+                "Without --to, imu prints the noise in flight"
+            )
+        text = parameters.text(options.to, given, options.inflate, options.bias_time)
+    files.write_whole(output, text.encode())
+
+
+COMMANDS: dict[str, Command] = {
+    "imu": (
+        run_imu,
+        "measures what a filter wants to know of every gyro and accelerometer of a log: noise "
+        "density, random walk and bias instability",
+        [
+            REC,
+            argument(
+                "--to",
+                choices=(*parameters.FORMATS, DATA),
+                help="units of this program, and a file for it; json: what --json prints",
+            ),
+            argument("-o", "--output", help="the file (default: named after the log)"),
+            argument(
+                "--bandwidth",
+                default="none",
+                metavar="FILTER",
+                help="of a recording in motion: what the gyro's noise passed, as davar-sim takes "
+                "it (default none)",
+            ),
+            argument(
+                "--inflate",
+                type=option_types.positive,
+                default=1.0,
+                metavar="X",
+                help="multiply the noise by X in the file",
+            ),
+            argument(
+                "--bias-time",
+                type=option_types.positive,
+                default=300.0,
+                metavar="SECONDS",
+                help="averaging time of the conversion from bias instability to random walk "
+                "(default 300)",
+            ),
+            *LOG,
+        ],
+    ),
+}
