@@ -26,6 +26,16 @@ LIMITS = (
     "at_limit = 0.02\nadequate = true\n[[limit]]\n"
     'coefficient = "angle_random_walk.coefficient_deg_per_sqrt_h"\nmin = 0.1\nmax = 0.4\n'
 )
+SHEET = {  # unit: the effect, and its size in deg and s
+    "deg/sqrt(h)": ("angle_random_walk", 1 / 60),
+    "deg/s/sqrt(Hz)": ("angle_random_walk", 1.0),
+    "mdps/√Hz": ("angle_random_walk", 1e-3),
+    "rad/s/sqrt(Hz)": ("angle_random_walk", 180 / math.pi),
+    "°/h": ("bias_instability", 1 / 3600),
+    "deg/h/sqrt(h)": ("rate_random_walk", 1 / 216000),
+}
+UNIT_PARTS = ("deg", "°", "mdps", "ug", "m", "s", "hr", "Hz", "sqrt", "√", "rt", "per", "rms", "1σ")
+UNIT_SIGNS = ("/", "*", "-", "(", ")", "^", "2", "-1", "1/2", ".5", " ", "²", "½", "⁻¹", "é", "\0")
 
 
 def highest_hz(term):
@@ -153,7 +163,7 @@ def test_limits_have_the_values_of_tomllib(work, text):
 
 
 @given(
-    unit=st.sampled_from(sorted(kalibr.SHEET)),
+    unit=st.sampled_from(sorted(SHEET)),
     number=st.floats(0, 1e29).map(repr) | st.text("0123456789.eE+-_ \u0661", max_size=12),
 )
 @examples(150)
@@ -162,10 +172,25 @@ def test_a_number_of_a_data_sheet_is_that_of_float(unit, number):
         found = kalibr.of_sheet([number + unit], "gyro_z_dps", None)
     except BadInput:
         return
-    kind, factor = kalibr.SHEET[unit]
+    kind, factor = SHEET[unit]
     assert found.kinds == [kind]
     size = table.find(kind).dps(found.terms[0].parameters)
     assert math.isclose(size, float(number) * factor, rel_tol=1e-14), number
+
+
+@given(unit=st.lists(st.sampled_from(UNIT_PARTS + UNIT_SIGNS), max_size=12).map("".join))
+@example("(" * 5000)
+@example("h^9" * 15 + "deg")
+@examples(300)
+def test_any_unit_of_a_data_sheet_is_one_or_rejected(unit):
+    for column in ("gyro_z_dps", "accel_z_g"):
+        try:
+            found = kalibr.of_sheet([f"5{unit}"], column, None)
+        except BadInput as why:
+            assert str(why).startswith(f"5{unit}".split(" ")[0]), why
+            continue
+        (term,) = found.terms
+        assert 0 < table.find(term.kind).dps(term.parameters) < math.inf
 
 
 @given(white=SIZES, walk=SIZES, rate_hz=st.floats(1e-3, 1e6))

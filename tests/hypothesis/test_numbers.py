@@ -30,6 +30,24 @@ SECONDS = {"s": 1.0, "h": 3600.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 GRAVITIES = {"ug": 9.80665e-6, "mg": 9.80665e-3, "g": 9.80665}
 # power of a second in the unit of a coefficient of a gyro; of an accelerometer one less
 KINDS = {-0.5: "angle_random_walk", -1.0: "bias_instability", -1.5: "rate_random_walk"}
+SHEETS = {
+    "gyro_z_dps": (
+        *("deg/sqrt(h)", "deg/s/sqrt(Hz)", "mdeg/s/sqrt(Hz)", "rad/s/sqrt(Hz)", "rad/sqrt(s)"),
+        *("deg/h/sqrt(Hz)", "dps/sqrt(Hz)", "deg/h", "deg/s", "rad/s", "deg/h/sqrt(h)"),
+        *("rad/s^2/sqrt(Hz)", "deg/s^2/sqrt(Hz)", "dps/sqrt(s)", "deg/(s*sqrt(Hz))"),
+    ),
+    "accel_z_g": (
+        *(
+            "m/s/sqrt(h)",
+            "m/s^2/sqrt(Hz)",
+            "ug/sqrt(Hz)",
+            "mg/sqrt(Hz)",
+            "g/sqrt(Hz)",
+            "mg/sqrt(h)",
+        ),
+        *("ug", "mg", "m/s^2", "m/s^3/sqrt(Hz)"),
+    ),
+}
 DOUBLES = st.one_of(
     st.floats(),
     st.sampled_from((5e-324, 1.7976931348623157e308, -0.0, 1e-4, 9999.5, 999999.5, 1e6)),
@@ -47,7 +65,7 @@ def meaning(unit, second=1.0):
 
 def units():
     """(what, factor, factor by the name) of each unit of a data sheet, a model and a log."""
-    for sheet, column in ((kalibr.SHEET, "gyro_z_dps"), (kalibr.ACCEL_SHEET, "accel_z_g")):
+    for column, sheet in SHEETS.items():
         for unit in sheet:
             (term,) = kalibr.of_sheet([f"3.5{unit}"], column, None).terms
             yield unit, table.find(term.kind).dps(term.parameters) / 3.5, meaning(unit)
@@ -67,11 +85,9 @@ def test_every_unit_matches_its_name():
         assert factor == pytest.approx(wanted, rel=1e-12), what
 
 
-@pytest.mark.parametrize(
-    "column, sheet, less", [("gyro_z_dps", kalibr.SHEET, 0), ("accel_z_g", kalibr.ACCEL_SHEET, 1)]
-)
-def test_the_kind_of_a_number_of_a_data_sheet_is_that_of_its_unit(column, sheet, less):
-    for unit in sheet:
+@pytest.mark.parametrize("column, less", [("gyro_z_dps", 0), ("accel_z_g", 1)])
+def test_the_kind_of_a_number_of_a_data_sheet_is_that_of_its_unit(column, less):
+    for unit in SHEETS[column]:
         power = math.log2(meaning(unit, 2.0) / meaning(unit)) + less
         (kind,) = kalibr.of_sheet([f"1{unit}"], column, None).kinds
         assert kind == KINDS[round(power, 9)], unit

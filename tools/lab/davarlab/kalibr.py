@@ -10,7 +10,7 @@ from typing import Any
 import yaml
 
 from . import files
-from .effects import table
+from .effects import sheets, table
 from .errors import BadInput
 from .files import StrPath
 from .model import Model, Term
@@ -48,34 +48,10 @@ ACCEL_KINDS = {
     "accelerometer_noise_density": "angle_random_walk",
     "accelerometer_random_walk": "rate_random_walk",
 }  # m/s^2/sqrt(Hz), m/s^3/sqrt(Hz)
-RAD = 180 / math.pi
-# unit of a data sheet: (kind, factor to deg and s; of an accelerometer to m and s)
-SHEET = {
-    "deg/sqrt(h)": ("angle_random_walk", 1 / 60),
-    "deg/s/sqrt(Hz)": ("angle_random_walk", 1.0),
-    "mdeg/s/sqrt(Hz)": ("angle_random_walk", 1e-3),
-    "rad/s/sqrt(Hz)": ("angle_random_walk", RAD),
-    "rad/sqrt(s)": ("angle_random_walk", RAD),
-    "deg/h/sqrt(Hz)": ("angle_random_walk", 1 / 3600),
-    "deg/h": ("bias_instability", 1 / 3600),
-    "deg/s": ("bias_instability", 1.0),
-    "rad/s": ("bias_instability", RAD),
-    "deg/h/sqrt(h)": ("rate_random_walk", 1 / 216000),
-    "rad/s^2/sqrt(Hz)": ("rate_random_walk", RAD),
-    "deg/s^2/sqrt(Hz)": ("rate_random_walk", 1.0),
-}
-G = 9.80665
-ACCEL_SHEET = {
-    "m/s/sqrt(h)": ("angle_random_walk", 1 / 60),
-    "m/s^2/sqrt(Hz)": ("angle_random_walk", 1.0),
-    "ug/sqrt(Hz)": ("angle_random_walk", G * 1e-6),
-    "mg/sqrt(Hz)": ("angle_random_walk", G * 1e-3),
-    "g/sqrt(Hz)": ("angle_random_walk", G),
-    "ug": ("bias_instability", G * 1e-6),
-    "mg": ("bias_instability", G * 1e-3),
-    "m/s^2": ("bias_instability", 1.0),
-    "m/s^3/sqrt(Hz)": ("rate_random_walk", 1.0),
-}
+EXAMPLES = {
+    False: "0.3deg/sqrt(h), 0.005dps/sqrt(Hz) or 10deg/h",
+    True: "100ug/sqrt(Hz), 0.05m/s/sqrt(h) or 40ug",
+}  # of a gyro, of an accelerometer
 
 
 def model_of(found: Mapping[str, float], column: str, rate_hz: float | None) -> Model:
@@ -87,15 +63,35 @@ def model_of(found: Mapping[str, float], column: str, rate_hz: float | None) -> 
     )
 
 
+def numbers(words: Iterable[str]) -> list[str]:
+    """Of a data sheet, each with its unit, where a shell took 0.66 deg/sqrt(hr) for two words."""
+    found: list[str] = []
+    for word in words:
+        if found and not re.match(r"[-+.\d](?!σ)", word):
+            found[-1] += f" {word}"
+        else:
+            found.append(word)
+    return found
+
+
 def of_sheet(words: Iterable[str], column: str, rate_hz: float | None) -> Model:
     """A Model of the numbers of a data sheet, each with its unit, which says what it is:
     0.005deg/s/sqrt(Hz), 10deg/h."""
-    units, found = ACCEL_SHEET if column.startswith("accel") else SHEET, {}
-    for word in words:
+    of_accel, found = column.startswith("accel"), {}
+    for word in numbers(words):
         match = re.fullmatch(r"([0-9.]+(?:[eE][-+]?\d+)?)\s*(\D.*)", word)
-        if not match or match[2] not in units:
-            raise BadInput(f"{word}: a number with its unit expected, one of {', '.join(units)}")
-        kind, factor = units[match[2]]
+        try:
+            if not match:
+                raise BadInput("a number with its unit expected")
+            accel, kind, factor = sheets.meaning(match[2])
+        except BadInput as why:
+            raise BadInput(f"{word}: {why}. Examples: {EXAMPLES[of_accel]}") from None
+        if accel != of_accel:
+            sensor, other = ("accelerometer", "accel_z_g") if accel else ("gyro", "gyro_z_dps")
+            raise BadInput(
+                f"{word}: a unit of {'an' if accel else 'a'} {sensor}, but the column is {column}. "
+                f"Type --column {other}"
+            )
         if kind in found:
             raise BadInput(f"{word}: a second number for {kind}")
         found[kind] = number(match[1], word) * factor / table.find(kind).size.scale
@@ -129,7 +125,7 @@ def sizes(text: str, where: StrPath, kinds: Mapping[str, str] = KINDS) -> dict[s
             continue
         found[kind] = (
             number(value, f"{where}: {key}")
-            * (1 if kinds is ACCEL_KINDS else RAD)
+            * (1 if kinds is ACCEL_KINDS else sheets.RAD)
             / table.find(kind).size.scale
         )
     if not found:

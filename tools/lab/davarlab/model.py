@@ -190,6 +190,16 @@ def check_noise(model: Model, where: str) -> None:
         )
 
 
+def rate_of(model: Model, where: StrPath) -> float:
+    """The sample rate of a model in Hz. Raises BadInput where it has none, as from a data sheet."""
+    if not model.rate_hz:
+        raise BadInput(
+            f"{where}: the model has no rate_hz. Add rate_hz = HZ below [sensor], or give --rate "
+            "HZ to davarlab sheet"
+        )
+    return model.rate_hz
+
+
 def first(rate_hz: float | None, column: str) -> Model:
     """What one believes before anything was looked at: white noise and bias instability; of a
     clock, white phase noise, and white and flicker frequency noise."""

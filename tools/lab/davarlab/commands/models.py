@@ -15,7 +15,7 @@ from ..effects.base import Effect, Parameter
 from ..errors import BadInput
 from ..report import parameters
 from . import option_types
-from .shared import LOG, OUT, RATE, Command, argument, emit, progress, recorded
+from .shared import LOG, OUT, Command, argument, emit, progress, recorded
 
 PARAMETER_FILES = {name: form.what for name, form in parameters.FORMATS.items()}
 PLAN = "plan"  # of --to
@@ -205,6 +205,8 @@ def run_sheet(options: argparse.Namespace) -> int:
         else kalibr.of_sheet(options.numbers, options.column, options.rate)
     )
     models.write(made, options.output)
+    if not made.rate_hz:
+        progress(f"{options.output}: no sample rate, which export needs. Give it with --rate HZ")
     emit(
         options,
         {"model": options.output, "effects": made.kinds},
@@ -296,10 +298,10 @@ COMMANDS: dict[str, Command] = {
                 "numbers",
                 nargs="*",
                 metavar="NUMBER",
-                help="number with its unit, for example 0.005deg/s/sqrt(Hz) 10deg/h, or for an "
-                "accelerometer 100ug/sqrt(Hz) 40ug. Bias instability is the coefficient B of "
-                "IEEE 952. If the data sheet gives the minimum of the Allan deviation, divide "
-                "it by 0.664",
+                help="number with its unit as printed, for example 0.3deg/rt-hr 10deg/hr, "
+                "'5 mdps/sqrt(Hz)', or for an accelerometer 100ug/sqrt(Hz) 40ug. Bias "
+                "instability is the coefficient B of IEEE 952. If the data sheet gives the minimum "
+                "of the Allan deviation, divide it by 0.664",
             ),
             argument("--kalibr", metavar="IMU.yaml"),
             argument(
@@ -308,7 +310,12 @@ COMMANDS: dict[str, Command] = {
                 help="column of the recording that the model describes (default gyro_z_dps)",
             ),
             OUT,
-            RATE,
+            argument(
+                "--rate",
+                type=option_types.positive,
+                metavar="HZ",
+                help="samples per second, which export needs",
+            ),
         ],
     ),
 }

@@ -22,7 +22,7 @@ from ..errors import BadInput
 from ..inference import allan
 from ..inference.estimate import Entry
 from ..inference.parts import part_of, spectrum_of
-from ..model import Model, Term
+from ..model import Model, Term, rate_of
 from ..thresholds import CHANCE
 from .export import noise_variance
 
@@ -417,18 +417,17 @@ def of(
 ) -> Declared:
     """The filter of a model. where: its file. window: of the device, in samples. entries: the
     estimates of the model's terms on the recording."""
-    if not model.rate_hz:
-        raise BadInput(f"{where}: the model has no rate_hz")
+    rate_hz = rate_of(model, where)
     if recording and model.column not in recording.gyros:
         raise BadInput(f"{where}: {model.column} is not the column of a gyro, as --to plan needs")
     low, others = structure(model, where)
-    found = Declared(model.rate_hz, others=tuple(others), window=window)
+    found = Declared(rate_hz, others=tuple(others), window=window)
     if recording:
         found.lsb = count_of(recording, model.column)
         found.states_rate = states_rate(recording)
         found.lost = recording.measured_samples < recording.samples
     if low:
-        share = float(low.parameters["cutoff_hz"]) / model.rate_hz
+        share = float(low.parameters["cutoff_hz"]) / rate_hz
         found.response = str(low.parameters.get("response", "sampled"))
         found.response = "bilinear" if found.response == "bilinear" else "sampled"
         least, most = CUTOFFS[found.response]

@@ -11,7 +11,7 @@ from ..arrays import Floats
 from ..errors import BadInput
 from ..inference import allan
 from ..inference.parts import part_of, spectrum_of
-from ..model import Model, as_said, is_accel, kind_said
+from ..model import Model, as_said, is_accel, kind_said, rate_of
 
 DEVICE_ROLES, DEVICE_KINDS = ("spectrum", "states", "filter"), ("rate_ramp", "sinusoid")
 
@@ -56,14 +56,13 @@ class Table:
 def table_of(model: Model, window: int, tolerance: float, where: str = "the model") -> Table:
     """`window`: samples of the device's window; `tolerance`: one standard deviation of the model's
     own Allan deviation; `where`: the model's file."""
-    if not model.rate_hz:
-        raise BadInput(f"{where}: the model has no rate_hz")
+    rate_hz = rate_of(model, where)
     if not 0 <= tolerance < 1:
         raise BadInput("--tolerance: a share from 0 to 1 expected")
     taus = allan.octaves(window)
     if not taus:
         raise BadInput(f"--window: {window} samples are too few")
-    variance = noise_variance(model, taus, model.rate_hz)
+    variance = noise_variance(model, taus, rate_hz)
     if not np.all(variance > 0):
         raise BadInput(f"{where}: the model has no noise to compare the device with")
     return Table(model, taus, np.sqrt(variance), tolerance)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from ..effects import table
 from ..errors import BadInput
-from ..model import Model
+from ..model import Model, rate_of
 
 FLAT = math.sqrt(
     2 * math.log(2) / math.pi
@@ -76,8 +76,7 @@ def noise_of(model: Model, where: str, bias_time_s: float) -> Noise:
             f"{where}: column {model.column} is not an axis of a gyro or accelerometer "
             "(gyro_x_dps .. accel_z_g)"
         )
-    if not model.rate_hz:
-        raise BadInput(f"{where}: the model has no rate_hz")
+    rate_hz = rate_of(model, where)
     scale = math.pi / 180 if words[0] == "gyro" else 1.0
     white, flicker, walk = (
         scale * sized(model, kind)
@@ -101,7 +100,7 @@ def noise_of(model: Model, where: str, bias_time_s: float) -> Noise:
         )
     elif not walk:
         said = "nothing: the model has no slow noise, so a filter will treat the bias as constant"
-    return Noise(words[0], words[1], white, flicker, walk, said, model.rate_hz)
+    return Noise(words[0], words[1], white, flicker, walk, said, rate_hz)
 
 
 def sensor(
