@@ -11,7 +11,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
-from asking import ROOT, said
+from asking import ROOT, run, said
 from lab_bench import Lab, of_gyro, write_csv
 
 TEMPERATURE = '[[effect]]\nkind = "temperature"\ncoefficient_dps_per_degC = 0.02\n'
@@ -99,6 +99,19 @@ def made(tmp_path_factory):
         text = page.read_text(encoding="utf-8")
         found[name] = (data, Reader(text), text)
     return found
+
+
+@pytest.mark.parametrize("command", ["diagnose", "improve"])
+def test_a_page_without_a_model_file(lab, command):
+    """It names the recording alone, and the next command needs no model file either."""
+    recording, page = lab.simulated(TEMPERATURE, seconds=600), lab.work / "r.html"
+    assert run(command, recording, "--report", page).returncode in (0, 1)
+    text = page.read_text(encoding="utf-8")
+    found = set(re.findall(r"tools/davarlab [^<]*", text))
+    assert found == {
+        f"tools/davarlab {command} {recording} --report {page}",
+        f"tools/davarlab improve {recording} -o BETTER.toml",
+    }
 
 
 @pytest.mark.parametrize("name", PAGES)

@@ -76,28 +76,19 @@ def parser() -> Parser:
 def check_files(options: argparse.Namespace) -> None:
     """Checks that every output can be written and is not an input. A model may overwrite the model
     that it came from."""
+    names = ("kalibr", "recording", "held_out", "scenario", "log", "output", "report", "model")
     given: dict[str, Any] = {
-        name: getattr(options, name, None)
-        for name in (
-            "kalibr",
-            "recording",
-            "held_out",
-            "scenario",
-            "log",
-            "output",
-            "report",
-            "model",
-        )
+        name: path for name in names if (path := getattr(options, name, None)) is not None
     }
     read = [
         given[name]
         for name in ("recording", "held_out", "scenario", "log", "kalibr")
-        if given[name] is not None
-    ] + options.effects
-    if given["report"] is not None:
+        if name in given
+    ]
+    if {"report", "model"} <= given.keys():
         files.check_outputs([given["report"]], [given["model"]])
     files.check_outputs(
-        [given[name] for name in ("output", "report") if given[name] is not None], read
+        [given[name] for name in ("output", "report") if name in given], read + options.effects
     )
 
 

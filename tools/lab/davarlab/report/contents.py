@@ -51,9 +51,9 @@ class Run:
         return shlex.join(["tools/davarlab", *self.typed])
 
     def follow_up(self, command: str, *options: str) -> str:
-        """Another command on the same files."""
-        recording, model = self.called or (self.files["recording"], self.files["model"])
-        files = [recording, "-m", model]
+        """Another command on the same files; without a model file, on the same first model."""
+        recording, model = self.called or (self.files["recording"], self.files.get("model"))
+        files = [recording, *(["-m", model] if model else [])]
         return shlex.join(["tools/davarlab", command, *files, *self.common, *options])
 
 
