@@ -369,6 +369,21 @@ def test_markup_in_the_words_of_a_session_is_refused(own):
         Steps.beside(own.recording)
 
 
+def test_a_session_that_names_a_program_runs_none_and_says_that_it_is_one(own):
+    """Somebody sent the recording, the session and the program beside it."""
+    own()
+    whole, ran = json.loads(own.session.read_text()), own.session.with_name("ran")
+    program = own.session.with_name("rec.csv.heater_fix.py")
+    program.write_text(f"open({str(ran)!r}, 'w')\n")
+    step = whole["trees"][whole["sight"]]["steps"][0]
+    step["text"] += '[[effect]]\nkind = "heater_fix"\ncoefficient = 1.0\n'
+    own.session.write_text(json.dumps(whole))
+    said = refused(own)
+    assert f"{program} is a program that runs with your rights" in said
+    assert said.index("only if you know where it is from") < said.index("--effects")
+    assert not ran.exists()
+
+
 def test_a_held_out_recording_of_a_session_that_is_no_file_is_left(own):
     own()
     whole, fifo = json.loads(own.session.read_text()), own.session.with_name("fifo.csv")

@@ -129,10 +129,12 @@ class Steps:
             except (BadInput, ValueError) as why:
                 own = re.search(r"unknown kind '(\w+)'", str(why))
                 if own:
-                    again = [str(recording_path), "--effects", f"{recording_path}.{own[1]}.py"]
+                    file = f"{recording_path}.{own[1]}.py"
+                    again = ["tools/davarlab", "open", str(recording_path), "--effects", file]
                     raise BadInput(
-                        f"{found.path}: a step has the effect {own[1]}, which this server has not "
-                        f"loaded. Start it with: {shlex.join(['tools/davarlab', 'open', *again])}"
+                        f"{found.path}: a step has the effect {own[1]}, which is not loaded. "
+                        f"{file} is a program that runs with your rights. Load it only if you know "
+                        f"where it is from: {shlex.join(again)}"
                     ) from None
                 raise BadInput(
                     f"{found.path}: not a session of davarlab ({why}). Move it away to start a "
