@@ -2,14 +2,16 @@
 called and from their numbers."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ..arrays import Floats
+from ..files import StrPath
 
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 RATES = {"deg/s": 1.0, "mdeg/s": 1e-3, "rad/s": 180 / np.pi}
@@ -39,11 +41,11 @@ ARW = (0.03, 5.0)  # deg/sqrt(h), of MEMS gyros at rest
 # Least time from sample to sample, for rates up to 10 kHz.
 STEPS = (("ns", 1e5), ("us", 50.0), ("ms", 0.5), ("s", 0.0))
 WORDS = {
-    "time": r"^(time|times|datetime|timestamp|stamp|t|clock|secs?|seconds|us|ms|ns|[umn]secs?"
-    r"|micros|millis|nanos|(micro|milli|nano)seconds)$",
-    "gyro": r"^(gyr|gyro|gyros|giro|gyroscope|omega|w|g[xyz]|w[xyz]|gyr[xyz]|gyro[xyz]"
-    r"|angvel|angular|rate|p|q|r)$",
-    "accel": r"^(a|acc|accel|accelerometer|acceleration|specific|a[xyz]|acc[xyz]|accel[xyz])$",
+    "time": r"^(time|times|datetime|timestamp|stamp|t|clock|elapsed|secs?|seconds|us|ms|ns"
+    r"|[umn]secs?|micros|millis|nanos|(micro|milli|nano)seconds)$",
+    "gyro": r"^([xyz]?(gyr|gyros?|giro|gyroscope)\d*[xyz]?\d*|[gw][xyz]\d*|w|omega[xyz]?\d*"
+    r"|angvel[xyz]?|angular|rate|(roll|pitch|yaw)(speed|rate))$",
+    "accel": r"^([xyz]?(acc|accel|accelerometer|acceleration)\d*[xyz]?\d*|a[xyz]\d*|a|specific)$",
     "temp": r"^(temp|temps|temperature|temperatura|degc|celsius|imutemp)$",
 }
 # Median norm of an accelerometer without gravity, in m/s^2 or g.
@@ -56,12 +58,51 @@ STAMP = r"^(time|times|timestamp|timestamps|stamp|stamps)$"
 DEGREE = re.compile(
     "[\u00b0\u00ba\ufffd](?=/s)"
 )  # the sign, and what is left of it in another encoding
+# The axis within a word: gx, accy2, x1, xgyro, yawspeed.
+JOINED = re.compile(
+    r"([xyz]?)(?:gyr|gyros?|giro|gyroscope|omega|angvel|acc|accel|accelerometer|acceleration|[gwa])"
+    r"\d*([xyz]?)\d*|([xyz])\d+|(roll|pitch|yaw)(?:speed|rate)"
+)
+BODY = {"p": "x", "q": "y", "r": "z"}  # rates of a body, where a name says nothing else
+# Words of what is computed, wanted or another vector, and no measured rate or acceleration.
+UNMEASURED = re.compile(
+    r"setpoints?|sp|command(ed)?|cmd|desired|demand(ed)?|target|bias|drift|offset|gravity|grav"
+    r"|variance|var|std|stddev|cov|covariance\d*|mag|magn|magnetic|magnetometer"
+)
+TERMS = re.compile(r"axis ?[pidfs]\b")  # of a PID controller (Betaflight)
+# Units that nothing else on an axis has, as they are written in names.
+ONLY = (
+    (
+        "gyro",
+        re.compile(
+            r"((?<![a-z])(rad(ians?)?|deg(rees?)?|d)( ?/ ?|[ _.*\u00b7]| per |_per_)"
+            r"(s|sec|seconds?)(\^?-1)?|(?<![a-z])m?dps)(?![a-z0-9^\u00b2/])"
+        ),
+    ),
+    ("accel", re.compile(r"(?<![a-z])m ?/ ?s ?(\^2|2|\u00b2)(?![a-z0-9])|m_s2|mps2")),
+)
+IN_G = re.compile(r"[xyz]([ _-]?axis)? ?[\[(]m?g[\])]")  # alone: [mg] may be milligauss
+UNIT_WORDS = {"dps", "deg", "rad", "s", "g", "ms", "m", "s2", "mps2", "raw", "counts", "lsb"}
+# What is x, y, z (or xyz[0], [1], [2]) in a file, by its name.
+FILES = (
+    ("gyro", re.compile(r"\b(gyr|gyro\w*|giro|rotation rate|angular (velocity|rate)|angvel)\b")),
+    ("accel", re.compile(r"\b(acc\d*|accel\w*|linear)\b")),
+)
+NEUTRAL = {"axis", "value", "values", "data", "uncalib", "uncalibrated", "calibrated"} | UNIT_WORDS
+# Columns that only these loggers write beside x, y, z in rad/s and m/s^2; on a telephone of Apple,
+# the uncalibrated accelerometer of the first is in g.
+LOGGERS = {
+    "seconds_elapsed": "Sensor Logger",
+    "timestamp_sample": "PX4",
+    "device_id": "PX4",
+}
+DOCUMENTED = {"gyro": "rad/s", "accel": "m/s^2"}
 # The power of a unit, which is no axis: [rad s^-1], m/s^2.
 POWER = re.compile(r"(?<=[sm])\^?-\d|\^-?\d")
 SAID = (
     ("mdeg/s", r"mdps|mdeg"),
     ("rad/s", r"rad"),
-    ("deg/s", r"dps|deg"),
+    ("deg/s", r"dps|deg|(^|[^a-z])d/s"),
     ("m/s^2", r"m_?s_?2|mps2|m/s|m[ .*\u00b7]?s\^?-2"),
     ("mg", r"(^|[^a-z])mg($|[^a-z])"),
     ("g", r"(^|[^a-z])g($|[^a-z])"),
@@ -115,7 +156,8 @@ def tokens(name: str) -> list[str]:
 
 
 def quantity_of(name: str) -> str:
-    """time, gyro, accel, temp or other: by the first word that says one of them."""
+    """time, gyro, accel, temp or other: by the first word that says one of them, else by a unit
+    that nothing else on an axis has."""
     words = tokens(name)
     if "phase" in words:  # of a clock; its unit is one of time
         return "other"
@@ -127,21 +169,84 @@ def quantity_of(name: str) -> str:
         return "time"
     for quantity in ("gyro", "accel", "temp", "time"):
         if any(re.match(WORDS[quantity], word) for word in words):
-            return quantity
-    return "other"
+            return quantity if quantity in ("temp", "time") or measured(words) else "other"
+    if not axis_of(name) or not measured(words):
+        return "other"
+    if body_rate(words):
+        return "gyro"
+    text = DEGREE.sub("deg", name.lower())
+    found = [quantity for quantity, unit in ONLY if unit.search(text)]
+    return next(iter(found), "accel" if IN_G.fullmatch(text) else "other")
+
+
+def measured(words: Sequence[str]) -> bool:
+    """May words of a gyro or an accelerometer be those of a measured rate or acceleration."""
+    turned = "angular" in words and any(word.startswith("accel") for word in words)
+    return (
+        not turned
+        and not any(map(UNMEASURED.fullmatch, words))
+        and not TERMS.match(" ".join(words))
+    )
+
+
+def body_rate(words: Sequence[str]) -> str:
+    """The axis of a name that ends in p, q or r, but for its unit; "" of others."""
+    last = [word for word in words if word not in UNIT_WORDS][-1:]
+    return BODY.get(last[0], "") if last else ""
 
 
 def axis_of(name: str) -> str:
     words = tokens(without_powers(name))
     for word in reversed(words):
-        if word in AXES:
+        if word in AXES and not word.isdigit():
             return AXES[word]
-    last = next(
-        (word[-1] for word in words if re.match(r"^(gyro?|w|g|a|acc|accel)[xyz]$", word)), ""
-    )
-    return last or {"p": "x", "q": "y", "r": "z"}.get(words[-1] if words else "", "")
+    for word in words:
+        found = JOINED.fullmatch(word)
+        axis = next(filter(None, found.groups()), "") if found else ""
+        if axis:
+            return AXES[axis]
+    digit = next((word for word in reversed(words) if word in AXES), "")
+    return AXES.get(digit, "") or body_rate(words)
 
 
+def in_file(path: StrPath) -> str:
+    """gyro or accel, where the name of a file says that it is of one of them; "" else."""
+    words = tokens(Path(path).name)
+    text = " ".join(words)
+    found = [quantity for quantity, pattern in FILES if pattern.search(text)]
+    return found[0] if len(found) == 1 and measured(words) else ""
+
+
+def by_file(names: Sequence[str], path: StrPath) -> tuple[list[str], str]:
+    """(names of columns, what was done in words): x, y, z of a file whose name says what they are
+    are called so, where no other column is."""
+    quantity = in_file(path)
+    if not quantity or any(quantity_of(name) == quantity and axis_of(name) for name in names):
+        return list(names), ""
+    unit, logger = "", next((LOGGERS[name] for name in names if name in LOGGERS), "")
+    if logger and (quantity == "gyro" or "uncalibrated" not in tokens(Path(path).name)):
+        unit = DOCUMENTED[quantity]
+    made = [called(name, quantity, unit) for name in names]
+    met = [name for name, new in zip(names, made) if name != new]
+    if not met:
+        return made, ""
+    how = f", {unit} by the documentation of {logger}" if unit else ""
+    return made, f"{', '.join(met)}: {quantity} by the file's name{how}"
+
+
+def called(name: str, quantity: str, unit: str = "") -> str:
+    """The name of a column that says no more than an axis, with the quantity and the unit; any
+    other as it is."""
+    words = [word for word in tokens(without_powers(name)) if word not in NEUTRAL]
+    if quantity_of(name) != "other" or words not in (["x"], ["y"], ["z"]):
+        if words[:1] != ["xyz"] or len(words) != 2 or words[1] not in AXES:
+            return name
+        name = AXES[words[1]]
+    said = f" [{unit}]" if unit and not said_unit(name, quantity) else ""
+    return f"{quantity}_{name}{said}"
+
+
+    """x, y or z: by a letter or a word, else by p, q, r or 0, 1, 2; "" where a name has none."""
 def said_unit(name: str, quantity: str) -> str:
     found = [unit for unit, pattern in SAID if re.search(pattern, DEGREE.sub("deg", name.lower()))]
     return next(

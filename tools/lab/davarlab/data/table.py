@@ -45,6 +45,10 @@ SAFE = 1 << 62  # whole numbers below it can be taken from each other in 64 bits
 RESULTS = {"epoch", "window_samples", "arw_deg_per_sqrt_h"}
 
 
+# (names of columns as they are called, as the file has them, its path) -> names.
+Naming = Callable[[list[str], list[str], StrPath], list[str]]
+
+
 class Stream(Protocol):
     """What is read of a file, packed or not."""
 
@@ -499,7 +503,7 @@ def with_parts(columns: dict[str, Floats], time: str) -> list[str]:
 def read(
     path: StrPath,
     given: Sequence[str] | None = None,
-    naming: Callable[[list[str], StrPath], list[str]] = lambda names, where: names,
+    naming: Naming = lambda names, written, where: names,
     skip: int = 0,
 ) -> Table:
     """The Table in a file, however it is written (dialect.py). given: names for its columns, over
@@ -512,7 +516,9 @@ def read(
         given = given or (wire.names if wire else None)
         found = dialect.sniffed(rows, top.comments, given, path)
         line = rows[found.first][0] if found.first < len(rows) else top.start + len(top.raw)
-        names = naming(columns_called(found), path)
+        written = columns_called(found)
+        called, by_file = guess.by_file(written, path)
+        names = naming(called, written, path)
         out = left_out(found, names, given)
         kept = {place: name for place, name in enumerate(names) if place not in out}
         if not kept:
@@ -528,6 +534,7 @@ def read(
         *([f"{skip} line{'s' * (skip > 1)} skipped, as chosen"] if skip else []),
         *found.said,
         *with_parts(columns, form.time),
+        *([by_file] if by_file else []),
         *([f"skipped: {', '.join(gone)}"] if gone else []),
         *([cut] if cut else []),
     ]

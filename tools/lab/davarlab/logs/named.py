@@ -16,7 +16,10 @@ from ..files import StrPath
 from . import units
 from .sensor import Numbers, Samples, Sensor, check_finite
 
-AXIS = re.compile(r"roll|pitch|yaw|[xyzXYZ](?![a-z])|(?<![0-9])[012](?![0-9])")
+AXIS = re.compile(
+    r"(?i:roll|pitch|yaw)|(?<![A-Za-z])[xyz](?=gyr|acc)|[xyz](?![a-z])|[XYZ](?![A-Za-z])"
+    r"|(?<![0-9])[012](?![0-9])"
+)
 RATE = re.compile(
     r"^(fs|rate|rate_hz|sample_rate|sampling_rate|freq|frequency|fsamp|sr)$", re.IGNORECASE
 )
@@ -56,7 +59,8 @@ def stem_of(name: str) -> str:
         for match in AXIS.finditer(guess.without_powers(name))
         if guess.AXES.get(match.group().lower()) == guess.axis_of(name)
     ]
-    cut = found[-1] if found else None
+    letters = [match for match in found if not match.group().isdigit()]
+    cut = next(iter(letters[-1:] or found[-1:]), None)
     return (name[: cut.start()] + name[cut.end() :] if cut else name).strip(" _.-")
 
 
@@ -68,7 +72,9 @@ def sets_of(names: Iterable[str], quantity: str) -> dict[str, dict[str, str]]:
     for name in names:
         axis = guess.axis_of(name)
         if guess.quantity_of(name) == quantity and axis:
-            found.setdefault(stem_of(name), {}).setdefault(axis, name)
+            stem = stem_of(name)
+            stem = stem if set(guess.tokens(stem)) - guess.UNIT_WORDS else quantity  # x (rad/s)
+            found.setdefault(stem, {}).setdefault(axis, name)
             axes.append(axis)
     if len(found) > 1 and len(set(axes)) == len(axes):
         return {quantity: {axis: name for axes in found.values() for axis, name in axes.items()}}
@@ -92,7 +98,7 @@ def words_of(stem: str) -> set[str]:
     return {
         word
         for word in guess.tokens(stem)
-        if guess.quantity_of(word) == "other" and word not in UNIT_WORDS
+        if guess.quantity_of(word) == "other" and word not in guess.UNIT_WORDS
     }
 
 

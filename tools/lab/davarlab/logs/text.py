@@ -19,10 +19,15 @@ from .sensor import Samples, Sensor
 ACCEL = re.compile(r"accel_[xyz]_(g|mg|m_s2|mps2)")
 
 
-def renamed(names: list[str], mapping: Iterable[str], path: StrPath) -> list[str]:
-    """`old=new` pairs; new names must carry a unit."""
+def renamed(
+    names: list[str], mapping: Iterable[str], path: StrPath, written: Sequence[str] = ()
+) -> list[str]:
+    """`old=new` pairs; new names must carry a unit. written: the names in the file, where columns
+    are called otherwise."""
+    now = dict(zip(written, names))
     for pair in mapping:
         old, equals, new = pair.partition("=")
+        old = old if old in names else now.get(old, old)
         if not equals or old not in names:
             raise BadInput(
                 f"--rename {pair}: {path} has no column {old!r} (there are: {', '.join(names)})"
@@ -174,7 +179,9 @@ def log(path: StrPath, options: Options) -> Own | named.Log:
     found = table.read(
         path,
         options.names,
-        lambda names, where: clocks_named(renamed(names, options.renames, where), clocks, where),
+        lambda names, written, where: clocks_named(
+            renamed(names, options.renames, where, written), clocks, where
+        ),
         options.skip_lines,
     )
     if not found.named and not options.renames:
