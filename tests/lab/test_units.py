@@ -74,7 +74,7 @@ def test_gravity_that_turns_decides(unit, factor, force, size):
         rate, gravity = turned(seed, 100.0)
         gyro, accel = guessed(100.0, rate * factor, gravity * size)
         assert (gyro.unit, gyro.doubt, accel.unit) == (unit, "", force)
-        assert "gravity, which turns" in gyro.how
+        assert "gravity, which turns" in gyro.by
 
 
 def test_beside_an_accelerometer_in_si_units_a_gyro_at_rest_is_too():
@@ -83,7 +83,7 @@ def test_beside_an_accelerometer_in_si_units_a_gyro_at_rest_is_too():
     )
     gyro, accel = guessed(100.0, at_rest(1, 2.2, 100.0) * DEG, still)
     assert (gyro.unit, accel.unit) == ("rad/s", "m/s^2")
-    assert "m/s^2 beside it" in gyro.how
+    assert "m/s^2 beside it" in gyro.by
 
 
 def test_an_accelerometer_without_gravity_is_not_used(lab):

@@ -140,6 +140,29 @@ def test_a_doubtful_log_is_read_when_it_is_corrected_or_confirmed(folder, opened
     assert opened("other.csv").ask("all")["samples"] == 6000  # the session has it
 
 
+def test_a_guessed_tick_is_doubted_until_its_unit_is_another_or_confirmed(folder, opened):
+    bench = opened(noise(folder / "rec.csv", "t,gyro_z_dps", step=100))
+    columns = bench.ask("all")["log"]["columns"]
+    for _ in range(2):
+        assert "100 Hz in 0.1ms" in json.dumps(bench.ask("all")["log"]["doubts"])
+        assert bench.done("read", columns=columns)["recording"] is None
+    columns[0] |= {"unit": "0.1ms", "factor": 1e-4}
+    bench.done("read", columns=columns)
+    assert bench.ask("all")["rate_hz"] == pytest.approx(100)
+    again = opened(noise(folder / "other.csv", "t,gyro_z_dps", rows=50_000, step=100))
+    again.done("read", columns=again.ask("all")["log"]["columns"], as_recorded=True)
+    assert opened("other.csv").ask("all")["rate_hz"] == pytest.approx(10_000)
+
+
+def test_columns_that_the_name_of_the_file_calls_a_gyro(folder, opened):
+    bench = opened(noise(folder / "gyro.csv", "time_ms,x,y,z", *[lambda i: 0.0] * 3, step=10))
+    shown = bench.ask("all")["log"]
+    assert "x, y, z: gyro by the file's name" in shown["said"]
+    bench.done("read", columns=shown["columns"])
+    assert bench.ask("all")["samples"] == 6000
+    assert "--rename gyro_x=gyro_x_dps" in bench.ask("all")["commands"][0]
+
+
 def test_columns_without_names_get_as_many_names_as_are_shown(folder, opened):
     """A blank name keeps the number of the column, and `_` skips it."""
     path = noise(folder / "rec.csv", "", *[lambda i: 0.0] * 3)

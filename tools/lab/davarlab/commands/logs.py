@@ -43,8 +43,8 @@ def run_import(options: argparse.Namespace) -> int:
         raise BadInput("import: -o REC.csv or --list is missing")
     found = formats.samples(options.log, how)
     count, columns = len(next(iter(found.columns.values()))), list(found.columns)
-    if (unsure := formats.unsure(found)) and not options.as_recorded:
-        raise BadInput(f"{options.log}: {next(iter(unsure.values()))}")
+    if (doubted := formats.doubted(found)) and not options.as_recorded:
+        raise BadInput(f"{options.log}: {next(iter(doubted.values()))}")
     rate = formats.write(found, options.output, options.rate, options.log)
     for line in formats.said(found):
         progress(line)

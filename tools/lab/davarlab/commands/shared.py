@@ -151,7 +151,8 @@ LOG = [
         default=[],
         metavar="NAME=UNIT",
         help="unit of a column, or of all gyro, accel, temp or time columns, instead of the "
-        "guessed one: rad/s, deg/s, mdeg/s, g, mg, m/s^2, degC, s, ms, us, ns, or a number, "
+        "guessed one: rad/s, deg/s, mdeg/s, g, mg, m/s^2, degC, s, ms, 0.1ms, 10us, us, "
+        "100ns, ns, or a number, "
         "the factor to deg/s, g, degC or s",
     ),
     argument(

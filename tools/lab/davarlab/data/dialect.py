@@ -51,6 +51,17 @@ SIGN = re.compile(r"[-%\u00b0\u00ba]?")  # of a unit without a word
 COLUMNS_MOST = 10_000
 SKIP = "_"  # name of a column that is not read
 EXAMPLE = ("time_us", "gyro_x_dps", "gyro_y_dps", "gyro_z_dps", "temp_degC")
+# A sample rate that a text above the numbers states: its number, the unit in front or behind. A
+# rate of nothing needs the unit.
+STATED = re.compile(
+    r"(?<![a-z])(?:(?P<whole>f_?s|odr|rate_hz|"
+    r"(?:(?:sampl\w*|updat\w*|output|data|log\w*|measurement|acquisition)[ _-]*)+(?:rate|freq\w*))"
+    r"|rate|freq\w*|sampl\w*|log\w*|record\w*)(?: ?\(odr\))?"
+    r"(?:[ _]*[(\[]?(?P<front>k?hz|sps)[)\]]?)?(?: is| of| at| @)?[\s:=,;\"]*"
+    r"(?P<number>\d+\.?\d*(?:e[+-]?\d+)?)(?![\d.]|,\d)\s*(?P<behind>k?hz|sps|samples)?"
+    r"(?!\s*(?:[a-z%\u00b0]|\u00b5s))",  # FS: 2000 dps is a full scale
+    re.IGNORECASE | re.ASCII,
+)
 SHOWN = 60  # characters of a row in a message
 
 SENTENCE = re.compile(
@@ -260,6 +271,16 @@ def example(count: int, time: Iterable[float] = ()) -> str:
     if any(one % 1 for one in time):
         names = ["time_s" if name == EXAMPLE[0] else name for name in names]
     return "--names " + ",".join(names + [SKIP] * (count - len(names)))
+
+
+def rates_in(texts: Iterable[str]) -> list[float]:
+    """The sample rates that texts above the numbers state, in Hz."""
+    found = []
+    for one in (one for text in texts for one in STATED.finditer(text)):
+        unit = one["front"] or one["behind"]
+        if unit or one["whole"]:
+            found.append(float(one["number"]) * (1e3 if (unit or "").lower() == "khz" else 1))
+    return [rate for rate in dict.fromkeys(found) if rate > 0]
 
 
 def check_thousands(rows: Sequence[Sequence[str]], path: StrPath) -> None:

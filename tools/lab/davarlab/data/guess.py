@@ -13,7 +13,7 @@ import numpy.typing as npt
 from ..arrays import Floats
 from ..files import StrPath
 
-SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+SECONDS = {"s": 1.0, "ms": 1e-3, "0.1ms": 1e-4, "10us": 1e-5, "us": 1e-6, "100ns": 1e-7, "ns": 1e-9}
 RATES = {"deg/s": 1.0, "mdeg/s": 1e-3, "rad/s": 180 / np.pi}
 FORCES = {"g": 1.0, "mg": 1e-3, "m/s^2": 1 / 9.80665}
 DEGREES = {"degC": 1.0, "0.01 degC": 0.01}
@@ -40,6 +40,10 @@ QUIET_RAD = 0.006
 ARW = (0.03, 5.0)  # deg/sqrt(h), of MEMS gyros at rest
 # Least time from sample to sample, for rates up to 10 kHz.
 STEPS = (("ns", 1e5), ("us", 50.0), ("ms", 0.5), ("s", 0.0))
+USUAL_HZ = (4.0, 2000.0)  # rates of logs of an IMU, by which a unit of the time is doubted
+RATE_NEAR = 0.1  # relative, of a stated rate and that of the stamps
+TICK_OF_XSENS = "sampletimefine"  # of an MTi 0.1 ms, of a Movella DOT 1 us
+SLOWEST_MTI_S = 0.5  # between samples, beyond which it is a DOT's
 WORDS = {
     "time": r"^(time|times|datetime|timestamp|stamp|t|clock|elapsed|secs?|seconds|us|ms|ns"
     r"|[umn]secs?|micros|millis|nanos|(micro|milli|nano)seconds)$",
@@ -54,10 +58,6 @@ ARW_LEAST_S = 20.0
 HALF_OF_NORMAL = 0.6745  # of a standard deviation: the median of the magnitude
 # Means over so many seconds; turned in all at least by so much; squared correlation at least.
 GRAVITY_S, TURNED_RAD, GRAVITY_AGREES = 0.25, 1.0, 0.5
-STAMP = r"^(time|times|timestamp|timestamps|stamp|stamps)$"
-DEGREE = re.compile(
-    "[\u00b0\u00ba\ufffd](?=/s)"
-)  # the sign, and what is left of it in another encoding
 # The axis within a word: gx, accy2, x1, xgyro, yawspeed.
 JOINED = re.compile(
     r"([xyz]?)(?:gyr|gyros?|giro|gyroscope|omega|angvel|acc|accel|accelerometer|acceleration|[gwa])"
@@ -97,6 +97,10 @@ LOGGERS = {
     "device_id": "PX4",
 }
 DOCUMENTED = {"gyro": "rad/s", "accel": "m/s^2"}
+STAMP = r"^(time|times|timestamp|timestamps|stamp|stamps)$"
+DEGREE = re.compile(
+    "[\u00b0\u00ba\ufffd](?=/s)"
+)  # the sign, and what is left of it in another encoding
 # The power of a unit, which is no axis: [rad s^-1], m/s^2.
 POWER = re.compile(r"(?<=[sm])\^?-\d|\^-?\d")
 SAID = (
@@ -107,6 +111,9 @@ SAID = (
     ("mg", r"(^|[^a-z])mg($|[^a-z])"),
     ("g", r"(^|[^a-z])g($|[^a-z])"),
     ("counts", r"raw|lsb|count|adc"),
+    ("0.1ms", r"(^|[^\d.])(0\.1 ?m|100 ?[u\u00b5\u03bc])s"),
+    ("10us", r"(^|[^\d.])(0\.01 ?m|10 ?[u\u00b5\u03bc])s"),
+    ("100ns", r"(^|[^\d.])(0\.1 ?[u\u00b5\u03bc]|100 ?n)s"),
     ("ns", r"n(s|secs?)\]?\)?$|(^|[^a-z])ns[^a-z]|nano"),
     ("us", r"(u|\u00b5|\u03bc)(s|secs?)\]?\)?$|(^|[^a-z])us[^a-z]|micro\w*\]?\)?$"),
     ("ms", r"(m(s|secs?)|milli\w*)\]?\)?$|(^|[^a-z])ms[^a-z]"),
@@ -120,8 +127,9 @@ SAID = (
 @dataclass
 class Guess:
     """A column of the file: what it is (time, gyro, accel, temp, other), its axis, its unit, and
-    the factor to s, deg/s, g or degC. how: what says the unit; doubt: another one is as likely, in
-    words."""
+    the factor to s, deg/s, g or degC. by: what the unit was found by, where that is not simply the
+    name or the numbers; doubt: why it may be another, with the next step, "" without a reason;
+    unused: why the column keeps its name, though it is known what it is."""
 
     name: str
     quantity: str
@@ -129,8 +137,9 @@ class Guess:
     unit: str = ""
     factor: float = 1.0
     sure: bool = True
-    how: str = ""
+    by: str = ""
     doubt: str = ""
+    unused: str = ""
 
     @property
     def column(self) -> str:
@@ -196,6 +205,7 @@ def body_rate(words: Sequence[str]) -> str:
 
 
 def axis_of(name: str) -> str:
+    """x, y or z: by a letter or a word, else by p, q, r or 0, 1, 2; "" where a name has none."""
     words = tokens(without_powers(name))
     for word in reversed(words):
         if word in AXES and not word.isdigit():
@@ -246,7 +256,6 @@ def called(name: str, quantity: str, unit: str = "") -> str:
     return f"{quantity}_{name}{said}"
 
 
-    """x, y or z: by a letter or a word, else by p, q, r or 0, 1, 2; "" where a name has none."""
 def said_unit(name: str, quantity: str) -> str:
     found = [unit for unit, pattern in SAID if re.search(pattern, DEGREE.sub("deg", name.lower()))]
     return next(
@@ -291,7 +300,59 @@ def units_of(name: str, values: npt.ArrayLike) -> dict[str, str]:
     }
 
 
-def of_column(name: str, values: Floats) -> Guess:
+def agrees(unit: str, values: Floats, rate_hz: float) -> bool:
+    """Do stamps in this unit have a stated rate: by their median or their mean step, to within a
+    tenth, or to within a count of whole ones."""
+    steps = np.diff(values)
+    wanted = 1 / (rate_hz * SECONDS[unit])
+    near = max(RATE_NEAR * wanted, 0.999 if whole(values) and wanted >= 1 else 0.0)
+    return any(abs(step - wanted) <= near for step in (np.median(steps), np.mean(steps)))
+
+
+def of_time(name: str, values: Floats, rates: Sequence[float]) -> Guess:
+    """The guess for a time without a unit in its name. rates: in Hz, as the file states them."""
+    unit, step = unit_by_numbers("time", values)[0], float(np.median(np.diff(values)))
+    by = doubt = ""
+    if TICK_OF_XSENS in "".join(tokens(name)):
+        usual = "us" if step * SECONDS["0.1ms"] > SLOWEST_MTI_S else "0.1ms"
+        stated = (one for one in ("0.1ms", "us") for rate in rates if agrees(one, values, rate))
+        unit, by = next(stated, usual), "by the documentation of Xsens"
+    elif rates and step > 0:
+        fitting = [one for rate in rates for one in SECONDS if agrees(one, values, rate)]
+        if not fitting:
+            doubt = contradicted(step, unit, rates[0])
+        elif unit not in fitting:
+            unit = fitting[0]
+            by = f"by the stated rate of {' or '.join(f'{rate:g}' for rate in rates)} Hz"
+    elif step > 0 and whole(values):
+        doubt = unusual(step, unit)
+    return Guess(name, "time", "", unit, SECONDS[unit], False, by, doubt)
+
+
+def contradicted(step: float, unit: str, rate_hz: float) -> str:
+    """What is doubtful about stamps that have a stated rate in no unit."""
+    return (
+        f"a rate of {rate_hz:g} Hz is stated, but the time stamps are {step:.6g} apart, which is "
+        f"this rate in no unit ({1 / (step * SECONDS[unit]):.5g} Hz in {unit}). Use --unit "
+        "time=UNIT"
+    )
+
+
+def unusual(step: float, unit: str) -> str:
+    """What is doubtful about whole stamps that give a rate that a log rarely has in this unit, and
+    a usual one in another; "" where nothing is."""
+    rates = {one: 1 / (step * size) for one, size in SECONDS.items()}
+    usual = [one for one, rate in rates.items() if USUAL_HZ[0] <= rate <= USUAL_HZ[1]]
+    if rates[unit] <= USUAL_HZ[1] or not usual:
+        return ""
+    others = ", ".join(f"{rates[one]:.5g} Hz in {one}" for one in usual)
+    return (
+        f"the time stamps are whole numbers, {step:.6g} apart, which is {rates[unit]:.5g} Hz in "
+        f"{unit}, but {others}. Use --unit time=UNIT"
+    )
+
+
+def of_column(name: str, values: Floats, rates: Sequence[float] = ()) -> Guess:
     """The guess for one column; of one that cannot be told it stays `other`, by its own name."""
     quantity, axis = quantity_of(name), axis_of(name)
     if (
@@ -303,18 +364,22 @@ def of_column(name: str, values: Floats) -> Guess:
     ):
         return Guess(name, "other")
     unit = said_unit(name, quantity)
+    if quantity == "time" and not unit and len(values) > 1:
+        return of_time(name, values, rates)
     if unit == "counts" or not unit:
         found, factor = ("counts", 1.0) if unit else unit_by_numbers(quantity, values)
         return Guess(name, quantity, axis, found, factor, quantity == "temp" and found == "degC")
     return Guess(name, quantity, axis, unit, UNITS[quantity][unit])
 
 
-def of(columns: Mapping[str, npt.NDArray[Any]]) -> list[Guess]:
+def of(columns: Mapping[str, npt.NDArray[Any]], rates: Sequence[float] = ()) -> list[Guess]:
     """Guesses for the columns of a file (name -> numbers), in their order: one time, one
     temperature, one of each axis; the norm of the accelerometer says its unit where its name does
-    not."""
+    not. rates: in Hz, as the file states them."""
     found, taken = {}, set()
-    guesses = [of_column(name, np.asarray(values, float)) for name, values in columns.items()]
+    guesses = [
+        of_column(name, np.asarray(values, float), rates) for name, values in columns.items()
+    ]
     for guess in sorted(
         guesses, key=lambda guess: guess.column != guess.name
     ):  # who bears a name already keeps it
@@ -342,7 +407,7 @@ def weighed(found: list[Guess], columns: Mapping[str, npt.NDArray[Any]]) -> None
         guess.unit, guess.factor = unit, FORCES.get(unit, 1 / norm if norm else 1.0)
         if linear:
             guess.unit, guess.factor = "", 1.0
-            guess.doubt = (
+            guess.unused = (
                 f"linear acceleration: gravity is missing in it (its norm is {norm:.2g}), so its "
                 "unit is not known and it is not used (--unit accel=m/s^2 or g uses it)"
             )
@@ -366,7 +431,7 @@ def measured(found: list[Guess], columns: Mapping[str, npt.NDArray[Any]]) -> Non
     if not unit and len(able) == 1:
         unit, how = able[0], f"its noise of {arw * RATES[able[0]]:.2g} deg/sqrt(h)"
     for one in unsaid:
-        one.unit, one.how = unit or one.unit, how
+        one.unit, one.by = unit or one.unit, f"by {how}" * bool(how)
         one.factor = RATES[one.unit]
         if not unit:
             said = (

@@ -67,7 +67,7 @@ def of(recording: Recording, columns: Iterable[str] | None = None) -> list[str]:
     if recording.as_recorded:
         return []
     gyros = [name for name in columns or recording.columns if name.endswith(("_dps", "_rad_s"))]
-    unsure = dict.fromkeys(said for name, said in recording.unsure.items() if name in gyros)
+    unsure = [one for of, one in recording.doubts.items() if of != "gyro" or gyros]
     rate_hz = recording.read_hz or recording.rate_hz
     return [*unsure, *doubts(recording.columns, rate_hz, recording.known, gyros)]
 

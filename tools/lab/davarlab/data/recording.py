@@ -45,7 +45,8 @@ class Recording:
     origin_ns: int = 0
     # Its user says that rate, units and levels are right, however implausible.
     as_recorded: bool = False
-    unsure: dict[str, str] = field(default_factory=dict)
+    # Why units that were guessed may be wrong, with the next step, by quantity.
+    doubts: dict[str, str] = field(default_factory=dict)
     # Rate of the file, when the sensor measures less often and its repeats are left out.
     read_hz: float | None = None
     # Time and columns of the rows without repeats as they were read, where the grid has another

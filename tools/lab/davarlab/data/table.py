@@ -447,7 +447,8 @@ class Table:
     """columns: name -> numbers; line: the one above the numbers; time: the column that is taken for
     the time ("" for none), which counts from origin, a whole number of its unit; named: the file or
     its reader has names for the columns, else they are column_1 ..; said: how the file was read,
-    where it is not plain CSV; count: of its columns, with those that are skipped."""
+    where it is not plain CSV; count: of its columns, with those that are skipped; rates: in Hz,
+    that the text above the numbers states."""
 
     notes: dict[str, str]
     columns: dict[str, Floats]
@@ -457,6 +458,7 @@ class Table:
     named: bool
     said: list[str]
     count: int
+    rates: list[float]
 
 
 def columns_called(found: Dialect) -> list[str]:
@@ -533,11 +535,13 @@ def read(
     said = [
         *([f"{skip} line{'s' * (skip > 1)} skipped, as chosen"] if skip else []),
         *found.said,
-        *with_parts(columns, form.time),
         *([by_file] if by_file else []),
+        *with_parts(columns, form.time),
         *([f"skipped: {', '.join(gone)}"] if gone else []),
         *([cut] if cut else []),
     ]
+    above = [text for at, text in rows if at < line]
+    stated = dialect.rates_in([*(f"{key}: {value}" for key, value in top.notes.items()), *above])
     return Table(
-        top.notes, columns, line - 1, form.time, form.origin, found.named, said, form.count
+        top.notes, columns, line - 1, form.time, form.origin, found.named, said, form.count, stated
     )

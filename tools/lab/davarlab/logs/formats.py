@@ -212,14 +212,13 @@ def recording_of(found: Samples, path: StrPath, rate_hz: float | None) -> Record
     made = recordings.of_columns(
         found.columns, rate_hz or found.rate_hz, path, found.notes, found.line
     )
-    made.origin_ns = found.origin_ns
-    made.unsure = unsure(found)
+    made.origin_ns, made.doubts = found.origin_ns, doubted(found)
     return made
 
 
-def unsure(found: Samples) -> dict[str, str]:
-    """column -> why the unit of a gyro is in doubt."""
-    return {one.column: one.doubt for one in found.guesses if one.quantity == "gyro" and one.doubt}
+def doubted(found: Samples) -> dict[str, str]:
+    """quantity -> why its unit, which was guessed, may be wrong."""
+    return {one.quantity: one.doubt for one in found.guesses if one.doubt}
 
 
 def read(
@@ -245,7 +244,7 @@ def read(
 
 def doubts(found: Samples, rate_hz: float) -> list[str]:
     """What is implausible about Samples, before they are on a grid."""
-    return plausible.of(recordings.Recording(found.columns, rate_hz, unsure=unsure(found)))
+    return plausible.of(recordings.Recording(found.columns, rate_hz, doubts=doubted(found)))
 
 
 def said(found: Samples) -> Iterator[str]:
@@ -254,11 +253,11 @@ def said(found: Samples) -> Iterator[str]:
     if found.said:
         yield ", ".join(found.said)
     for one in found.guesses:
-        if one.quantity == "accel" and one.doubt:
-            yield f"{one.name}: {one.doubt}"
+        if one.unused:
+            yield f"{one.name}: {one.unused}"
         elif one.quantity != "other" and (one.name != one.column or not one.sure):
-            by = one.how or f"its {'name' if one.sure else 'numbers'}"
-            how = f"{one.unit} by {by}" if one.unit else "unchanged"
+            by = one.by or f"by its {'name' if one.sure else 'numbers'}"
+            how = f"{one.unit} {by}" if one.unit else "unchanged"
             yield f"{one.name} -> {one.column}, {how}" + (
                 "" if one.sure else f" (--unit {one.name}=UNIT overrides it)"
             )

@@ -23,8 +23,7 @@ AXIS = re.compile(
 RATE = re.compile(
     r"^(fs|rate|rate_hz|sample_rate|sampling_rate|freq|frequency|fsamp|sr)$", re.IGNORECASE
 )
-UNIT_WORDS = {"dps", "deg", "rad", "s", "g", "ms", "m", "s2", "mps2", "raw", "counts", "lsb"}
-TICKS = {"s": 10**9, "ms": 10**6, "us": 1000, "ns": 1}  # nanoseconds
+TICKS = {unit: round(size * 1e9) for unit, size in guess.SECONDS.items()}  # nanoseconds
 FOREIGN = ("datetime64", "timedelta64")
 
 
@@ -124,7 +123,8 @@ def nearest(stem: str, others: Sequence[str]) -> str | None:
 class Log:
     """shapes: name -> shape of the arrays; load(name): one of them; whole: a table, of which every
     column is kept. given: names as the user calls them (--unit NAME=UNIT). origins: name -> what
-    the numbers of a column count from. said: how the file was read."""
+    the numbers of a column count from. said: how the file was read. stated: sample rates in Hz that
+    it states."""
 
     def __init__(
         self,
@@ -137,6 +137,7 @@ class Log:
         line: int | None = None,
         origins: Mapping[str, int] | None = None,
         said: Sequence[str] = (),
+        stated: Sequence[float] = (),
     ) -> None:
         self.path, self.load, self.given, self.what, self.whole, self.line, self.origins = (
             path,
@@ -147,7 +148,7 @@ class Log:
             line,
             origins or {},
         )
-        self.said = said
+        self.said, self.stated = said, stated
         self.columns = {
             one.name: one
             for one in columns_of(
@@ -245,7 +246,8 @@ class Log:
             last = last if last[0] == one.array else (one.array, self.load(one.array))
             columns[name] = vector(last[1], one, f"{self.path}: {name}")
         rate = float(np.ravel(self.load(self.rates[0]))[0]) if self.rates else None
-        found = dressed(columns, self.given, self.path, self.origins)
+        stated = self.stated or ([rate] if rate else [])
+        found = dressed(columns, self.given, self.path, self.origins, stated)
         if found.stamps_ns is not None and stem in self.gyros:
             found.beside = [
                 other
@@ -291,7 +293,7 @@ def overridden(guesses: list[Guess], given: Iterable[str], path: StrPath) -> lis
                 one.unit, one.factor = (
                     (unit, factors[unit]) if unit in factors else ("counts", float(unit))
                 )
-                one.sure, one.how, one.doubt = True, "", ""
+                one.sure, one.by, one.doubt, one.unused = True, "by --unit", "", ""
             except ValueError:
                 raise BadInput(
                     f"--unit {pair}: not a unit of {one.name} (there are: {', '.join(factors)}; or "
@@ -301,11 +303,15 @@ def overridden(guesses: list[Guess], given: Iterable[str], path: StrPath) -> lis
 
 
 def dressed(
-    columns: dict[str, Numbers], given: Iterable[str], path: StrPath, origins: Mapping[str, int]
+    columns: dict[str, Numbers],
+    given: Iterable[str],
+    path: StrPath,
+    origins: Mapping[str, int],
+    stated: Sequence[float] = (),
 ) -> Samples:
     """Raw columns as Samples in davarlab's names and units, by guesses that can be overridden.
-    Columns of no known quantity keep their names."""
-    guesses = overridden(guess.of(columns), given, path)
+    Columns of no known quantity keep their names. stated: sample rates of the file, in Hz."""
+    guesses = overridden(guess.of(columns, stated), given, path)
     out, stamps = {}, None
     for one in guesses:
         values = columns.pop(one.name)

@@ -204,4 +204,5 @@ def log(path: StrPath, options: Options) -> Own | named.Log:
         found.line,
         {found.time: found.origin},
         found.said,
+        [options.rate_hz] if options.rate_hz else found.rates,
     )

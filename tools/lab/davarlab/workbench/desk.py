@@ -70,7 +70,8 @@ def preview(
     """What looked_at() found, before it is a recording: (guesses for its columns, or what was said
     of them, what a page shows of it). skip: lines of a text that were skipped."""
     columns = log.columns
-    found, rows = said or guess.of(columns), len(next(iter(columns.values())))
+    rates = log.rates if isinstance(log, tables.Table) else []
+    found, rows = said or guess.of(columns, rates), len(next(iter(columns.values())))
     ticks = clock_of(columns, found, path, log.line)
     missing = (
         0 if not ticks or ticks.places is None else int(ticks.places[-1]) + 1 - len(ticks.places)
@@ -104,12 +105,9 @@ def doubts_of(
     if not ticks:
         return []
     named = {one.column: columns[one.name] * one.factor for one in found if one.quantity != "other"}
-    gyros = [one for one in found if one.quantity == "gyro"]
-    unsure = dict.fromkeys(one.doubt for one in gyros if one.doubt)
-    return [
-        *unsure,
-        *plausible.doubts(named, ticks.rate_hz, None, [one.column for one in gyros]),
-    ]
+    gyros = [one.column for one in found if one.quantity == "gyro"]
+    doubted = dict.fromkeys(one.doubt for one in found if one.doubt)
+    return [*doubted, *plausible.doubts(named, ticks.rate_hz, None, gyros)]
 
 
 def picture(column: Floats) -> Json:
@@ -170,6 +168,7 @@ def read(
     return replace(
         formats.recording_of(formats.samples(path, options), path, rate_hz),
         as_recorded=as_recorded,
+        doubts=[one.doubt for one in guesses or [] if one.doubt],
     )
 
 

@@ -74,6 +74,7 @@ class Column(Given):
     axis: Literal["", "x", "y", "z"]
     unit: Text
     factor: Number
+    doubt: str = ""
 
 
 class Read(Given):

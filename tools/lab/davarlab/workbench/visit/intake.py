@@ -222,6 +222,8 @@ class Intake:
             raise BadInput(
                 f"{path}: each of its {len(guesses)} columns must be named, in their order"
             )
+        for one, was in zip(columns, guesses):
+            one["doubt"] = was.doubt if one["unit"] == was.unit else ""
         steps = Steps.beside(path, waiting.sensor)
         steps.log = {
             "columns": columns,
