@@ -769,7 +769,7 @@ def test_a_doubted_tick_gives_no_verdict(logs):
 def test_names_are_asked_for_and_taken(logs, name, separator):
     for clock, stamps in (("time_s", US / 1e6), ("time_us", US)):
         log = logs.file(name, rows(stamps, *GYRO.T, TEMP, separator=separator))
-        proposed = f"--names {clock},gyro_x_dps,gyro_y_dps,gyro_z_dps,temp"
+        proposed = f"--names {clock},gyro_x,gyro_y,gyro_z,temp_degC"
         logs.rejected(log, f"{name}:1: no names", proposed)
     columns = logs.imported(log, "--names", "time_us,gx_dps,gy_dps,gz_dps,_")[1]
     logs.check_gyro(columns)
@@ -794,6 +794,90 @@ def test_what_the_refusal_proposes_can_be_typed(logs):
         logs.rejected(log, f"log.csv{why}", *rate[:1])
         columns = logs.imported(log, "--names", logs.proposed(log), *rate)[1]
         logs.check_gyro(columns, time=not rate)
+
+
+FIELD = np.round(RNG.normal([20.0, -10.0, 42.0], 0.3, (COUNT, 3)), 3)
+COUNTS = np.round(FORCE * 16384)
+BACK = STEPS % 256
+GYROS, FORCES = "gyro_x,gyro_y,gyro_z", "accel_x_{0},accel_y_{0},accel_z_{0}"
+SHOWN = {  # columns: what their numbers show
+    "ns, m/s^2, gyro": ((NS, *MPS2.T, *RADIANS.T), f"time_ns,{FORCES.format('m_s2')},{GYROS}"),
+    "gyro before g": ((TIME, *GYRO.T, *FORCE.T), f"time_s,{GYROS},{FORCES.format('g')}"),
+    "mg": ((MS, *FORCE.T * 1000, *GYRO.T), f"time_ms,{FORCES.format('mg')},{GYROS}"),
+    "counts": ((US, *COUNTS.T, *GYRO.T), f"time_us,{FORCES.format('counts')},{GYROS}"),
+    "a counter of rows": (
+        (STEPS, TIME, *FORCE.T, *GYRO.T),
+        f"_,time_s,{FORCES.format('g')},{GYROS}",
+    ),
+    "one that begins again": ((BACK, MS, *GYRO.T), f"_,time_ms,{GYROS}"),
+    "a field": ((TIME, *FORCE.T, *GYRO.T, *FIELD.T), f"time_s,{FORCES.format('g')},{GYROS},_,_,_"),
+    "temperature between": (
+        (MS, *FORCE.T, TEMP, *GYRO.T),
+        f"time_ms,{FORCES.format('g')},temp_degC,{GYROS}",
+    ),
+    "two of them": ((MS, *GYRO.T, TEMP, TEMP), f"time_ms,{GYROS},_,_"),
+    "zeros": ((MS, *GYRO.T, 0 * TEMP), f"time_ms,{GYROS},_"),
+}
+UNSHOWN = {
+    "an accelerometer alone": (TIME, *FORCE.T),
+    "a field alone": (TIME, *FIELD.T),
+    "an accelerometer and a field": (TIME, *FORCE.T, *FIELD.T),
+    "two gyros": (TIME, *GYRO.T, *OTHER.T),
+    "one axis": (TIME, GYRO[:, 0]),
+    "a doubtful tick": (STEPS * 100, *GYRO.T),
+    "many columns": (TIME, *GYRO.T, *OTHER.T, *GYRO.T, *OTHER.T, *GYRO.T),
+}
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_the_proposed_names_are_those_that_the_numbers_show(logs, name):
+    columns, names = SHOWN[name]
+    log = logs.file("log.csv", stamped_rows(",", *columns))
+    logs.rejected(log, f"log.csv:1: no names above the {len(columns)} columns")
+    assert logs.proposed(log) == names
+    unit = "rad/s" if any(np.shares_memory(one, RADIANS) for one in columns) else "deg/s"
+    logs.check_gyro(logs.imported(log, "--names", names, "--unit", f"gyro={unit}")[1])
+
+
+@pytest.mark.parametrize("name", UNSHOWN)
+def test_names_that_the_numbers_do_not_show_are_to_be_replaced(logs, name):
+    columns = UNSHOWN[name]
+    log = logs.file("log.csv", stamped_rows(",", *columns))
+    logs.rejected(log, f"log.csv:1: no names above the {len(columns)} columns", "NAME_1,NAME_2")
+    logs.rejected(log, "NAME_1 stands for a name", options=("--names", logs.proposed(log)))
+
+
+def clock_of(place, marks):
+    second = 86_399_000 + place * 10  # ms: over midnight
+    of = second // 3_600_000 % 24, second // 60_000 % 60, second // 1000 % 60, second % 1000
+    return marks.format("{:02d}:{:02d}:{:02d}.{:03d}".format(*of))
+
+
+MONITORS = {  # (marks of the time of day, separator, line above)
+    "Arduino IDE": ("{} -> ", ",", ""),
+    "names": ("{} -> ", ",", OWN),
+    "spaces": ("{} -> ", " ", ""),
+    "tabs, after a greeting": ("{} -> ", "\t", "IMU ready"),
+    "PlatformIO": ("{} > ", ",", ""),
+    "brackets": ("[{}] ", ", ", ""),
+}
+
+
+@pytest.mark.parametrize("name", MONITORS)
+def test_a_serial_monitor_with_the_time_of_day(logs, name):
+    marks, separator, above = MONITORS[name]
+    lines = [above] * bool(above) + rows(*GYRO.T, separator=separator).splitlines()
+    shift = len(lines) - COUNT
+    text = "".join(clock_of(at - shift, marks) + one + "\n" for at, one in enumerate(lines))
+    log = logs.file("serial.txt", text)
+    unit = ("--unit", "gyro=deg/s")
+    if above == OWN:
+        logs.check_gyro(logs.imported(log)[1])
+        return
+    logs.rejected(log, "no names above the 4 columns")
+    assert logs.proposed(log) == "time_s,gyro_x,gyro_y,gyro_z"
+    for names in (logs.proposed(log), "gyro_x,gyro_y,gyro_z"):
+        logs.check_gyro(logs.imported(log, "--names", names, *unit)[1])
 
 
 def test_names_replace_those_of_the_file(logs):
@@ -858,7 +942,7 @@ UNREADABLE = {
     "a clock of text": ("time,gx_dps\n12:00:01.1,5\n12:00:01.2,6\n", ":2: column time"),
     "a row too long": (NAMES + "1,2,3,4,5\n" + plain(), ":2: 5 fields"),
     "no numbers": ("Some text,\nand more of it\n", ":2: no numbers"),
-    "a serial monitor": ("12:00:01.123 -> 1,2,3\n" * 99, ":1: no names above the 3 columns"),
+    "a serial monitor": ("12:00:01.123 -> 1,2,3\n" * 99, ":1: no names above the 4 columns"),
     "UTF-16": ("\ufefft,gx_dps\n1,2\n", "iconv -f UTF-16 -t UTF-8 "),
 }
 

@@ -50,7 +50,9 @@ UNITS = set(
 SIGN = re.compile(r"[-%\u00b0\u00ba]?")  # of a unit without a word
 COLUMNS_MOST = 10_000
 SKIP = "_"  # name of a column that is not read
-EXAMPLE = ("time_us", "gyro_x_dps", "gyro_y_dps", "gyro_z_dps", "temp_degC")
+EXAMPLES = "time_us, gyro_x_dps, accel_x_g or temp_degC"
+REPLACED = re.compile(r"NAME_\d+|\.\.")  # what a message shows for a name that is to be typed
+LISTED_MOST = 12  # names in such a message
 # A sample rate that a text above the numbers states: its number, the unit in front or behind. A
 # rate of nothing needs the unit.
 STATED = re.compile(
@@ -68,6 +70,12 @@ SENTENCE = re.compile(
     rb"(?P<time>[^$]*)\$(?P<text>(?P<tag>[A-Z]{2}[A-Z0-9]+),(?P<fields>[^*$]*))"
     rb"(\*(?P<sum>[0-9A-Fa-f]{4}|[0-9A-Fa-f]{2}))?\s*"
 )
+MONITORED = re.compile(
+    rb"\s*(?P<open>\[)?(?P<hour>\d\d?):(?P<minute>[0-5]\d):(?P<second>[0-5]\d(\.\d{1,9})?)"
+    rb"(?(open)\]|)\s*(?P<arrow>-?>)?\s*(?P<rest>.*?)\s*"
+)
+NUMERIC = b"0123456789.+-eE,; \t"  # of a row of numbers
+DAY_S = 86400
 AROUND = b"[](),;: \t"  # a time in front of a sentence
 MAGNETIC = ["mag_x_gauss", "mag_y_gauss", "mag_z_gauss"]
 FORCE = ["accel_x [m/s^2]", "accel_y [m/s^2]", "accel_z [m/s^2]"]
@@ -264,13 +272,20 @@ def in_comments(
     return None
 
 
-def example(count: int, time: Iterable[float] = ()) -> str:
-    """What to type for so many columns; `time`: the first one, which is in seconds if it has
-    fractions."""
-    names = list(EXAMPLE[:count]) if count != 3 else list(EXAMPLE[1:4])
-    if any(one % 1 for one in time):
-        names = ["time_s" if name == EXAMPLE[0] else name for name in names]
-    return "--names " + ",".join(names + [SKIP] * (count - len(names)))
+def example(count: int) -> str:
+    """What to type for so many columns, in words that are to be replaced."""
+    names = [f"NAME_{place + 1}" for place in range(count)]
+    shown = names if count <= LISTED_MOST else [*names[:2], "..", names[-1]]
+    return f"a name such as {EXAMPLES} for each, or {SKIP} to skip one: --names {','.join(shown)}"
+
+
+def check_given(given: Sequence[str]) -> None:
+    """Raises BadInput for names that were typed as a message shows them."""
+    for one in filter(REPLACED.fullmatch, given):
+        raise BadInput(
+            f"--names: {one} stands for a name. Type what the column holds ({EXAMPLES}), or {SKIP} "
+            "to skip it"
+        )
 
 
 def rates_in(texts: Iterable[str]) -> list[float]:
@@ -338,6 +353,7 @@ def sniffed(
 ) -> Dialect:
     """The Dialect of a file by its first rows and comments, as (line, text); given: names over
     those of the file. Raises BadInput that says what to type."""
+    check_given(given or ())
     texts = [text for _, text in rows]
     separator, decimal, width = written(texts)
     if width > COLUMNS_MOST:
@@ -408,8 +424,8 @@ def check_above(
             else ""
         )
         raise BadInput(
-            f"{path}:{line}: {len(fields)} names above rows of {count} fields.{commas} Type a name "
-            f"for each field, or {SKIP} to skip one: {example(count)}"
+            f"{path}:{line}: {len(fields)} names above rows of {count} fields.{commas} Type "
+            f"{example(count)}"
         )
 
 
@@ -442,12 +458,12 @@ class Sentences:
     tag: bytes
     timed: bool
     summed: bool
+    said = ""
 
-    @property
-    def names(self) -> list[str] | None:
-        """Of the columns, where the tag says them."""
+    def named(self, given: Sequence[str] | None) -> Sequence[str] | None:
+        """Names for the columns: those that are given, else those that the tag says."""
         found = FIELDS.get(self.tag.decode())
-        return found and ["time"] * self.timed + found
+        return given or found and ["time"] * self.timed + found
 
     def rows(self, lines: Sequence[bytes], line: int, path: StrPath) -> list[bytes]:
         """A row for each line, the first of which is `line` of the file: empty for other sentences,
@@ -507,3 +523,68 @@ def sentences_in(lines: Sequence[bytes]) -> Sentences | None:
     timed = sum(bool(one["time"].strip(AROUND)) for one in own)
     summed = sum(bool(one["sum"]) for one in own)
     return Sentences(tag, 2 * timed > len(own), 2 * summed > len(own))
+
+
+def time_of(found: "re.Match[bytes]") -> float:
+    """The time of day of a line, in seconds."""
+    return int(found["hour"]) * 3600 + int(found["minute"]) * 60 + float(found["second"])
+
+
+@dataclass
+class Monitor:
+    """Lines of a serial monitor: a time of day in brackets or in front of an arrow, as the Arduino
+    IDE writes it, which becomes a column time_s. separator: of the rest; count: of its fields."""
+
+    separator: bytes
+    count: int
+    said = "a time of day before each row, read as time_s"
+
+    def named(self, given: Sequence[str] | None) -> Sequence[str] | None:
+        """Names for the columns, of which the time already has one."""
+        return ["time_s", *given] if given and len(given) == self.count else given
+
+    def rows(self, lines: Sequence[bytes], line: int, path: StrPath) -> list[bytes]:
+        return [self.row(one, 0) for one in lines]
+
+    def fields(self, rest: bytes) -> list[str]:
+        return split(rest.decode("utf-8", errors="replace"), self.separator.decode())
+
+    def row(self, line: bytes, day: int) -> bytes:
+        found = monitored(line)
+        if not found or not found["rest"]:
+            return b"" if found else line.strip()
+        words = bool(found["rest"].translate(None, NUMERIC)) and self.fields(found["rest"])
+        named = words and recognised(words)
+        time = b"time_s" if named else f"{time_of(found) + day * DAY_S:.9f}".encode()
+        return time + self.separator + found["rest"]
+
+    def translated(self, blocks: Iterable[bytes], line: int, path: StrPath) -> Iterator[bytes]:
+        """Blocks of lines as blocks of rows, whose time goes on after midnight."""
+        day, last = 0, 0.0
+        for block in blocks:
+            rows = []
+            for one in block.splitlines():
+                if found := monitored(one):
+                    day += time_of(found) < last - DAY_S / 2
+                    last = time_of(found)
+                rows.append(self.row(one, day))
+            yield b"\n".join(rows) + b"\n" * block.endswith(b"\n")
+
+
+def monitored(line: bytes) -> "re.Match[bytes] | None":
+    """A line with a time of day that is marked as one."""
+    found = MONITORED.fullmatch(line)
+    return found if found and (found["open"] or found["arrow"]) else None
+
+
+def monitor_in(lines: Sequence[bytes]) -> Monitor | None:
+    """Of a file by its first lines: most of them begin with a time of day."""
+    found = [one["rest"] for one in map(monitored, lines) if one]
+    if not found or 2 * len(found) <= sum(map(bool, map(bytes.strip, lines))):
+        return None
+    met = {one: sum(one in rest for rest in found) for one in (b";", b"\t", b",", b" ")}
+    separator = max(met, key=lambda one: met[one]) if any(met.values()) else b","
+    sizes = Counter(
+        len(split(rest.decode("utf-8", errors="replace"), separator.decode())) for rest in found
+    )
+    return Monitor(separator, sizes.most_common(1)[0][0])

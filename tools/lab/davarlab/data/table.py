@@ -183,9 +183,7 @@ def check_names(names: Sequence[str], where: StrPath, count: int) -> None:
     met = set()
     for name in names:
         if name in met:
-            raise BadInput(
-                f"{where}: column {name} appears twice. Type other names: {dialect.example(count)}"
-            )
+            raise BadInput(f"{where}: column {name} appears twice. Type {dialect.example(count)}")
         met.add(name)
 
 
@@ -512,10 +510,10 @@ def read(
     those of the file; naming: renames them; skip: lines at the beginning that are not read."""
     with opened(path) as stream:
         top = head(stream, path, skip)
-        wire = dialect.sentences_in(top.raw)
+        wire = dialect.sentences_in(top.raw) or dialect.monitor_in(top.raw)
         texts = top.raw if wire is None else wire.rows(top.raw, top.start, path)
         rows = top.rows(texts, path)
-        given = given or (wire.names if wire else None)
+        given = wire.named(given) if wire else given
         found = dialect.sniffed(rows, top.comments, given, path)
         line = rows[found.first][0] if found.first < len(rows) else top.start + len(top.raw)
         written = columns_called(found)
@@ -534,6 +532,7 @@ def read(
     gone = [f"{names[place]} ({why})" for place, why in out.items() if why]
     said = [
         *([f"{skip} line{'s' * (skip > 1)} skipped, as chosen"] if skip else []),
+        *([wire.said] if wire and wire.said else []),
         *found.said,
         *([by_file] if by_file else []),
         *with_parts(columns, form.time),

@@ -8,11 +8,11 @@ from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 from ..arrays import Floats
-from ..data import dialect, guess, table
+from ..data import guess, table
 from ..data import recording as recordings
 from ..errors import BadInput
 from ..files import StrPath
-from . import named
+from . import hint, named
 from .options import Options
 from .sensor import Samples, Sensor
 
@@ -188,8 +188,7 @@ def log(path: StrPath, options: Options) -> Own | named.Log:
         first = ", ".join(f"{column[0]:g}" for column in found.columns.values())
         raise BadInput(
             f"{path}:{found.line + 1}: no names above the {found.count} columns "
-            f"({first[: table.SHOWN]}). Type a name for each, or {dialect.SKIP} to skip one: "
-            f"{dialect.example(found.count, next(iter(found.columns.values())))}"
+            f"({first[: table.SHOWN]}). {hint.said(found.columns, found.count, found.rates)}"
         )
     read_clocks(found.columns, clocks, path)
     if options.plain or is_own(found.columns, options.rate_hz) and not options.units:
