@@ -389,7 +389,7 @@ def of(columns: Mapping[str, npt.NDArray[Any]], rates: Sequence[float] = ()) -> 
         found[guess.name] = guess
     ordered = [found[name] for name in columns]
     weighed(ordered, columns)
-    measured(ordered, columns)
+    unit_by_evidence(ordered, columns)
     return ordered
 
 
@@ -413,7 +413,7 @@ def weighed(found: list[Guess], columns: Mapping[str, npt.NDArray[Any]]) -> None
             )
 
 
-def measured(found: list[Guess], columns: Mapping[str, npt.NDArray[Any]]) -> None:
+def unit_by_evidence(found: list[Guess], columns: Mapping[str, npt.NDArray[Any]]) -> None:
     """The unit of a gyro whose name says none: gravity that turns as it says, the unit of the
     accelerometer beside it, or its noise, if a gyro can have that in one unit only."""
     unsaid = [

@@ -168,7 +168,7 @@ def read(
     return replace(
         formats.recording_of(formats.samples(path, options), path, rate_hz),
         as_recorded=as_recorded,
-        doubts=[one.doubt for one in guesses or [] if one.doubt],
+        doubts={one.quantity: one.doubt for one in guesses or [] if one.doubt},
     )
 
 
