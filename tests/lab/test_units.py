@@ -110,7 +110,9 @@ def test_a_unit_in_doubt_is_no_verdict_and_no_recording(lab):
     columns = {"time_s": np.arange(gyro.shape[1]) / rate_hz}
     columns |= {f"gyro_{axis}": one for axis, one in zip(AXES, gyro)}
     path = write_csv(lab.work / "ahrs.csv", columns)
-    why = "the unit of the gyro is not known (in deg/s, its angle random walk would be 0.0"
+    why = (
+        "doubtful: the unit of the gyro is not known (in deg/s, its angle random walk would be 0.0"
+    )
     lab.refused(why, "import", path, "-o", lab.work / "out.csv")
     said = told("fit", path)
     assert "implausible" in said

@@ -3,6 +3,7 @@
 import argparse
 
 from .. import files
+from ..data import plausible
 from ..errors import BadInput
 from ..logs import formats
 from . import option_types
@@ -44,7 +45,9 @@ def run_import(options: argparse.Namespace) -> int:
     found = formats.samples(options.log, how)
     count, columns = len(next(iter(found.columns.values()))), list(found.columns)
     if (doubted := formats.doubted(found)) and not options.as_recorded:
-        raise BadInput(f"{options.log}: {next(iter(doubted.values()))}")
+        raise BadInput(
+            f"{options.log}: doubtful: {next(iter(doubted.values()))} (or {plausible.CONFIRM})"
+        )
     rate = formats.write(found, options.output, options.rate, options.log)
     for line in formats.said(found):
         progress(line)

@@ -35,8 +35,9 @@ AXES = {
     "yaw": "z",
 }
 # Scatter from sample to sample, below which a rate without a unit is in rad/s: 0.3 deg/s are a bad
-# gyro's.
+# gyro's. Without a time, or in less than ARW_LEAST_S, it alone decides: outside SCATTER.
 QUIET_RAD = 0.006
+SCATTER = (1e-4, 0.05)
 ARW = (0.03, 5.0)  # deg/sqrt(h), of MEMS gyros at rest
 # Least time from sample to sample, for rates up to 10 kHz.
 STEPS = (("ns", 1e5), ("us", 50.0), ("ms", 0.5), ("s", 0.0))
@@ -280,7 +281,7 @@ def unit_by_numbers(quantity: str, values: Floats) -> tuple[str, float]:
     elif whole(values):
         return "counts", 1.0
     elif quantity == "gyro":
-        unit = "rad/s" if np.std(np.diff(values)) / np.sqrt(2) < QUIET_RAD else "deg/s"
+        unit = "rad/s" if scatter_of(values) < QUIET_RAD else "deg/s"
     elif quantity == "temp":
         unit = "0.01 degC" if abs(np.mean(values)) > 500 else "degC"
     else:
@@ -427,9 +428,12 @@ def unit_by_evidence(found: list[Guess], columns: Mapping[str, npt.NDArray[Any]]
     if not unit and any(one.quantity == "accel" and one.unit == "m/s^2" for one in found):
         unit, how = "rad/s", "the accelerometer in m/s^2 beside it"
     arw = arw_of(unsaid, found, columns)
-    able = [one for one in ("deg/s", "rad/s") if arw and ARW[0] < arw * RATES[one] < ARW[1]]
+    able = [one for one in ("deg/s", "rad/s") if ARW[0] < arw * RATES[one] < ARW[1]]
     if not unit and len(able) == 1:
         unit, how = able[0], f"its noise of {arw * RATES[able[0]]:.2g} deg/sqrt(h)"
+    scatter = min(scatter_of(columns[one.name]) for one in unsaid)
+    if not arw and not SCATTER[0] < scatter < SCATTER[1]:
+        unit = unit or unsaid[0].unit
     for one in unsaid:
         one.unit, one.by = unit or one.unit, f"by {how}" * bool(how)
         one.factor = RATES[one.unit]
@@ -444,6 +448,10 @@ def unit_by_evidence(found: list[Guess], columns: Mapping[str, npt.NDArray[Any]]
                 f"the unit of the gyro is not known ({said}). Use --unit gyro=rad/s or --unit "
                 "gyro=deg/s"
             )
+
+
+def scatter_of(values: npt.NDArray[Any]) -> float:
+    return float(np.std(np.diff(np.asarray(values, float))) / np.sqrt(2))
 
 
 def arw_of(
