@@ -19,6 +19,7 @@ from lawful import examples
 
 NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 CLOCKS = {"time_s", "t", "time"}
+MISSING = {"", "nan", "inf", "-infinity", "null", "na"}  # in small letters, of WORDS
 LARGEST = 1e30
 WORDS = (
     *("", "0", "-0", "+1", "1.5", " 2 ", "-3e2", "1e-310", "5e-324", "1e29", "1e30", "1e400"),
@@ -77,7 +78,8 @@ def taken(work, data):
 
 def independently(data):
     """(names, columns of Decimals) by csv; None if a field is not a number. A column without any
-    number is not read where its name is unknown or another one is the time.
+    number is not read where its name is unknown or another one is the time. None for a value that
+    is missing.
     """
     try:
         rows = csv.reader(io.StringIO(data, newline=""), strict=True)
@@ -95,9 +97,10 @@ def independently(data):
     spare = {"other"} | (CLOCKS if some & CLOCKS else set()) if some else set()
     kept = [place for place, name in enumerate(names) if name in some or name not in spare]
     names, *rows = [[row[place] for place in kept] for row in (names, *rows)]
-    if not rows or any(len(row) != len(names) or not all(map(is_number, row)) for row in rows):
+    cells = [[None if field.lower() in MISSING else field for field in row] for row in rows]
+    if not rows or not all(field is None or is_number(field) for row in cells for field in row):
         return None
-    return names, [[Decimal(row[place]) for row in rows] for place in range(len(names))]
+    return names, [[field and Decimal(field) for field in column] for column in zip(*cells)]
 
 
 @given(made=tables())
@@ -106,7 +109,7 @@ def test_a_table_is_read_as_csv_reads_it_or_rejected(work, made):
     names, rows = made
     data = ",".join(names) + "\n" + "".join(",".join(row) + "\n" for row in rows)
     found, wanted = taken(work, data), independently(data)
-    if found is None and wanted and len(wanted[0]) < len(names):
+    if found is None and wanted and (len(wanted[0]) < len(names) or None in sum(wanted[1], [])):
         return  # a column without numbers is skipped, or the table is rejected
     if found is None or wanted is None:
         assert wanted is None, data
@@ -114,9 +117,21 @@ def test_a_table_is_read_as_csv_reads_it_or_rejected(work, made):
         assert found is None or found.time and "-" in rows[0][names.index(found.time)][1:], data
         return
     stamp = found.time and rows[0][names.index(found.time)].strip()
+    count = len(wanted[1][0])
+    kept = range(count) if found.places is None else found.places.tolist()
+    lost = set(range(count)) - set(kept)
+    assert all(any(column[row] is None for column in wanted[1]) for row in lost), data
+    assert None not in dict(zip(*wanted)).get(found.time, []), data
     exactly = stamp and re.fullmatch(r"[0-9]{1,18}|[0-9]{1,10}\.[0-9]{1,9}", stamp)
     for name, column in zip(*wanted):
-        for value, exact in zip(numbers_of(found, name), column):
+        if name not in found.columns:
+            assert set(column) == {None}, data
+            continue
+        for value, row in zip(numbers_of(found, name), kept, strict=True):
+            exact = column[row]
+            if exact is None:
+                assert value.is_finite(), (name, data)
+                continue
             if name != found.time:
                 assert float(value) == float(exact), (name, data)
                 continue

@@ -113,7 +113,12 @@ MODELS = [  # a model, what is wrong
 ]
 EVEN = [f"{i / 50:.2f},{(i * 7919) % 101 * 0.01:.2f}" for i in range(1500)]
 ROWS = {  # rows of a recording: what is wrong
-    "not finite": ([*EVEN[:7], "0.14,nan"], "r.csv:9: column gyro_z_dps"),
+    "not finite": ([*EVEN[:7], "0.14,1e400"], "r.csv:9: column gyro_z_dps"),
+    "no time": ([*EVEN[:7], "nan,0.4"], "r.csv:9: column time_s: not a number: 'nan'"),
+    "too many missing": (
+        [*EVEN[:900], *(f"{i / 50:.2f},nan" for i in range(900, 1500))],
+        "r.csv: 900 samples; at least 1000 are needed (600 of 1500 rows omitted: no value of",
+    ),
     "text": ([*EVEN[:7], "0.14,x"], "r.csv:9: column gyro_z"),
     "too short": ([*EVEN[:7], "0.14", *EVEN[8:]], "r.csv:9: 1 fields"),
     "backwards": ([*EVEN[:700], "0.5,1", *EVEN[701:]], "r.csv:702: column time_s: time runs"),

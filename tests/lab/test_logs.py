@@ -319,7 +319,8 @@ def test_nan_empty_topics_and_text_in_numbers(logs):
         logs.rejected(logs.work / name, *why, options=options)
     for text, *why in (
         ("t;gx_dps\n0,01;1\n0,02;one\n", "a.csv:3", "gx_dps", "not a number: 'one'"),
-        ("t,gx_dps\n0.01,1\n0.02,nan\n", "a.csv:3", "gx_dps"),
+        ("t,gx_dps\n0.01,1\n0.02,true\n", "a.csv:3", "gx_dps", "not a number: 'true'"),
+        ("t,gx_dps\n0.01,1\nnan,2\n", "a.csv:3", "column t: not a number: 'nan'"),
         ("a,b\n1,2\n3,4\n", "a.csv", "no gyro"),
     ):
         logs.rejected(logs.file("a.csv", text), *why)
@@ -785,10 +786,10 @@ def test_what_the_refusal_proposes_can_be_typed(logs):
     logs.rejected(log, "--rate HZ", options=("--names", names))
     logs.imported(log, "--names", names, "--rate", "100")
     clock = [f"12:{n // 60 % 60:02d}:{n % 60:02d}" for n in range(COUNT)]
-    temp = [f"{one}" if place % 100 == 0 else "" for place, one in enumerate(TEMP)]
+    temp = [f"{one}" if place % 100 != 50 else "off" for place, one in enumerate(TEMP)]
     for header, columns, why, rate in (
         (f"time,{OWN}", (clock, *GYRO.T), ":2: column time: not a number", ["--rate", "100"]),
-        (f"t,{OWN},temp", (TIME, *GYRO.T, temp), ":3: column temp: not a number: ''", []),
+        (f"t,{OWN},temp", (TIME, *GYRO.T, temp), ":52: column temp: not a number: 'off'", []),
     ):
         log = logs.file("log.csv", f"{header}\n{rows(*columns)}")
         logs.rejected(log, f"log.csv{why}", *rate[:1])
@@ -954,6 +955,175 @@ def test_what_cannot_be_told_says_what_to_type(logs, name):
     if name == "UTF-16":
         log.write_bytes(text.encode("utf-16-le"))
     logs.rejected(log, "log.csv", words)
+
+
+# Missing values.
+
+
+HOLES = [*range(40), 300, 301, 700, COUNT - 1]  # before a recording, in it and at its end
+WHOLE = np.setdiff1d(np.arange(COUNT), HOLES)
+
+
+def holed(values, mark="", places=HOLES):
+    """Numbers as text, with a mark where they are missing."""
+    gone = set(places)
+    return [mark if place in gone else f"{one:.10g}" for place, one in enumerate(values)]
+
+
+def every(step, values, first=0):
+    """Numbers as text in every step-th row."""
+    return holed(values, places=set(range(COUNT)) - set(range(first, COUNT, step)))
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t", " "])
+@pytest.mark.parametrize(
+    "mark",
+    [
+        "nan",
+        "NaN",
+        "-nan",
+        "NA",
+        "N/A",
+        "null",
+        "None",
+        "-",
+        "--",
+        "inf",
+        "-1.#IND",
+        "nan(ind)",
+        "",
+    ],
+)
+def test_a_row_without_a_value_is_a_gap(logs, mark, separator):
+    mark = mark or '""' if separator == " " else mark
+    text = rows(TIME, *(holed(axis, mark) for axis in GYRO.T), separator=separator)
+    log = logs.file("log.csv", NAMES.replace(",", separator) + text)
+    said = f"{len(HOLES)} of {COUNT} rows omitted: no value of gx_dps, gy_dps, gz_dps"
+    assert said in logs.said(log)
+    columns = logs.imported(log)[1]
+    np.testing.assert_allclose(np.float64(columns["time_s"]), TIME[WHOLE], atol=1e-9)
+    for axis, name in enumerate("xyz"):
+        np.testing.assert_array_equal(np.float64(columns[f"gyro_{name}_dps"]), GYRO[WHOLE, axis])
+
+
+NOTHING = [""] * COUNT
+LACKING = {  # header, columns, rows that are left, what is said
+    "one axis": (
+        f"time_s,{OWN}",
+        (TIME, GYRO[:, 0], holed(GYRO[:, 1]), GYRO[:, 2]),
+        WHOLE,
+        OWN[11:21],
+    ),
+    "the accelerometer": (
+        f"time_s,{OWN},accel_x_g",
+        (TIME, *GYRO.T, holed(FORCE[:, 0], "NA")),
+        WHOLE,
+        "no value of accel_x_g",
+    ),
+    "a temperature": (
+        f"time_s,{OWN},temp_degC",
+        (TIME, *GYRO.T, every(100, TEMP)),
+        range(COUNT),
+        "interpolated: temp_degC (1188 missing values)",
+    ),
+    "an accelerometer at half the rate": (
+        f"time_s,{OWN},accel_x_g",
+        (TIME, *GYRO.T, every(2, FORCE[:, 0])),
+        range(COUNT),
+        "interpolated: accel_x_g (600 missing values)",
+    ),
+    "a gyro at half the rate": (
+        f"time_s,{OWN},temp_degC",
+        (TIME, *(every(2, axis) for axis in GYRO.T), TEMP),
+        range(0, COUNT, 2),
+        "600 of 1200 rows omitted",
+    ),
+    "rows of its own for each sensor": (
+        f"time_s,{OWN},accel_x_g",
+        (TIME, *(every(2, axis) for axis in GYRO.T), every(2, FORCE[:, 0], 1)),
+        range(0, COUNT, 2),
+        "interpolated: accel_x_g (600 missing values)",
+    ),
+    "a second gyro that is empty": (
+        f"time_s,{OWN},WatchGyroX",
+        (TIME, *GYRO.T, NOTHING),
+        range(COUNT),
+        "skipped: WatchGyroX (empty)",
+    ),
+    "an axis that is empty": (
+        f"time_s,{OWN},gyro_q_dps",
+        (TIME, *GYRO.T, ["null"] * COUNT),
+        range(COUNT),
+        "skipped: gyro_q_dps (empty)",
+    ),
+    "a column of words for nothing": (
+        f"time_s,{OWN},mag",
+        (TIME, *GYRO.T, ["NA"] * COUNT),
+        range(COUNT),
+        "skipped: mag (empty)",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", LACKING)
+def test_missing_values_of_other_columns(logs, name):
+    header, columns, left, words = LACKING[name]
+    log = logs.file("log.csv", f"{header}\n{rows(*columns)}")
+    assert words in logs.said(log)
+    found, left = logs.imported(log)[1], list(left)
+    np.testing.assert_allclose(np.float64(found["time_s"]), TIME[left], atol=1e-9)
+    np.testing.assert_array_equal(np.float64(found["gyro_z_dps"]), GYRO[left, 2])
+    if "temp_degC" in found:
+        np.testing.assert_allclose(np.float64(found["temp_degC"])[:1100], TEMP[left][:1100])
+
+
+def test_rows_without_a_time_keep_their_places(logs):
+    log = logs.file("log.txt", "\n".join(holed(GYRO[:, 0], "nan")) + "\n")
+    columns = logs.imported(log, "--names", "gyro_x_dps", "--rate", "100")[1]
+    # the first rows, without a number, are above the table
+    np.testing.assert_allclose(np.float64(columns["time_s"]), TIME[WHOLE] - TIME[40], atol=1e-9)
+    np.testing.assert_array_equal(np.float64(columns["gyro_x_dps"]), GYRO[WHOLE, 0])
+
+
+ENDS = {  # texts of TIME and GYRO
+    "names above columns that are absent": NAMES.replace("\n", ",note,mag\n") + plain(),
+    "the same with commas": NAMES.replace("\n", ",note,mag\n") + plain(end=",,"),
+    "more commas than names": NAMES.replace("\n", ",note,mag\n") + plain(end=",,,,"),
+    "commas behind the names": NAMES.replace("\n", ",,\n") + plain(),
+    "names of a second gyro": NAMES.replace("\n", ",WatchGyroX,WatchGyroY\n") + plain(),
+    "semicolons behind the rows": NAMES + plain(end=";"),
+    "semicolons behind all rows": NAMES.replace("\n", ";\n") + plain(end=" ;"),
+    "semicolons behind tabs": NAMES.replace(",", "\t") + plain("\t", end=";"),
+    "semicolons and spaces": NAMES.replace(",", " ") + plain(" ", end=";").replace("\n", "\r\n"),
+}
+
+
+@pytest.mark.parametrize("name", ENDS)
+def test_what_stands_behind_the_numbers(logs, name):
+    logs.check_gyro(logs.imported(logs.file("log.csv", ENDS[name]))[1])
+
+
+def test_columns_that_leave_no_row_are_named(logs):
+    x, y, z = (every(3, axis, first) for first, axis in enumerate(GYRO.T))
+    for columns, names, left in (
+        ((x, y, z), "gyro_y_dps, gyro_z_dps", "time_s,gyro_x_dps,_,_"),
+        ((*GYRO.T[:2], every(2, GYRO[:, 2])), "gyro_z_dps", "time_s,gyro_x_dps,gyro_y_dps,_"),
+    ):
+        log = logs.file("log.csv", f"time_s,{OWN}\n{rows(TIME, *columns)}")
+        logs.rejected(log, "log.csv: column gyro_", f"To do without {names}, type --names {left}")
+        assert "gyro_z_dps" not in logs.imported(log, "--names", logs.proposed(log))[1]
+    log = logs.file("log.csv", f"time_s,{OWN}\n{rows(TIME, *[NOTHING] * 3)}")
+    logs.rejected(log, "log.csv: column gyro_x_dps: no row has a value")
+
+
+def test_a_fit_takes_missing_values_for_lost_samples(logs):
+    gone = np.random.default_rng(21).random(COUNT) < 0.05
+    gyro = [holed(axis, "nan", np.flatnonzero(gone)) for axis in GYRO.T]
+    log = logs.file("log.csv", f"time_s,{OWN}\n{rows(TIME, *gyro)}")
+    shorter = logs.file("lost.csv", f"time_s,{OWN}\n{rows(TIME[~gone], *GYRO[~gone].T)}")
+    found = [run("fit", one, "--json") for one in (log, shorter)]
+    assert f"{np.count_nonzero(gone)} missing samples" in found[0].stderr
+    assert found[0].stdout.replace("log.csv", "lost.csv") == found[1].stdout
 
 
 ARW = 0.3 / RATE_HZ**0.5 * 60

@@ -43,7 +43,7 @@ def run_import(options: argparse.Namespace) -> int:
     if not options.output:
         raise BadInput("import: -o REC.csv or --list is missing")
     found = formats.samples(options.log, how)
-    count, columns = len(next(iter(found.columns.values()))), list(found.columns)
+    count = len(next(iter(found.columns.values())))
     if (doubted := formats.doubted(found)) and not options.as_recorded:
         raise BadInput(
             f"{options.log}: doubtful: {next(iter(doubted.values()))} (or {plausible.CONFIRM})"
@@ -59,10 +59,10 @@ def run_import(options: argparse.Namespace) -> int:
             "recording": options.output,
             "samples": count,
             "rate_hz": rate,
-            "columns": columns,
+            "columns": list(found.columns),
             "guesses": [vars(one) for one in found.guesses],
         },
-        f"{options.output}: {count} samples at {rate:.6g} Hz: {', '.join(columns)}",
+        f"{options.output}: {count} samples at {rate:.6g} Hz: {', '.join(found.columns)}",
     )
     return 0
 

@@ -34,7 +34,12 @@ WRITTEN = (
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(\.\d{1,9})?Z?", re.ASCII)
 NAMED = {",": "commas", ";": "semicolons", "\t": "tabs", " ": "spaces", "|": "bars"}
-MISSING = re.compile(r"[+-]?(nan|inf|infinity)|null|none|na|n/a|true|false", re.IGNORECASE)
+# What stands for a value that is missing, MSVC's -1.#IND and R's NA among them.
+MISSING = re.compile(
+    r"|[+-]?(nan(\(\w*\))?|inf|infinity|1\.#[a-z]+)|null|nil|none|nat|<na>|#?n/?a|-+",
+    re.ASCII | re.IGNORECASE,
+)
+BOOLEAN = re.compile("true|false", re.IGNORECASE)
 THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}", re.ASCII)
 FEW_THOUSANDS = 3  # fields that look like thousands by chance
 # Words of a row of units.
@@ -48,6 +53,7 @@ UNITS = set(
     )
 )
 SIGN = re.compile(r"[-%\u00b0\u00ba]?")  # of a unit without a word
+END = re.compile(r"[ \t]*;[ \t]*$")
 COLUMNS_MOST = 10_000
 SKIP = "_"  # name of a column that is not read
 EXAMPLES = "time_us, gyro_x_dps, accel_x_g or temp_degC"
@@ -123,10 +129,15 @@ def is_number(field: str, decimal: str) -> bool:
     return True
 
 
+def is_missing(field: str) -> bool:
+    return bool(MISSING.fullmatch(field))
+
+
 def worth(fields: Sequence[str], decimal: str) -> float:
     """How well a row of fields looks like one of numbers; 0: not at all."""
     numbers = sum(is_number(one, decimal) for one in fields)
-    return max(0.0, numbers - (len(fields) - fields.count("") - numbers) / 2)
+    missing = sum(map(is_missing, fields))
+    return max(0.0, numbers - (len(fields) - missing - numbers) / 2)
 
 
 def tried(rows: Sequence[str], separator: str, decimal: str) -> tuple[float, int]:
@@ -181,7 +192,8 @@ def may_name(fields: Sequence[str], decimal: str) -> bool:
     if recognised(fields):
         return True
     return any(fields) and not any(
-        is_number(one, decimal) or MISSING.fullmatch(one) for one in fields
+        is_number(one, decimal) or one and is_missing(one) or BOOLEAN.fullmatch(one)
+        for one in fields
     )
 
 
@@ -205,7 +217,8 @@ def with_unit(name: str, unit: str) -> str:
 class Dialect:
     """names: of all columns, "" for none; named: the file has names; first: index of the first row
     of numbers; bare: places of columns without any number, of which the `blank` hold nothing;
-    dates: of those with dates; said: how the rows are read, where that is not plain CSV."""
+    dates: of those with dates; ended: a semicolon ends the rows, whatever separates their fields;
+    said: how the rows are read, where that is not plain CSV."""
 
     separator: str
     decimal: str
@@ -215,11 +228,12 @@ class Dialect:
     bare: set[int] = field(default_factory=set)
     blank: set[int] = field(default_factory=set)
     dates: set[int] = field(default_factory=set)
+    ended: bool = False
     said: list[str] = field(default_factory=list)
 
     def of(self, row: str) -> list[str]:
         """The fields of a row of text."""
-        return split(row, self.separator)
+        return split(END.sub("", row) if self.ended else row, self.separator)
 
     def number(self, text: str) -> str:
         """A field as float() takes it. Raises ValueError."""
@@ -316,8 +330,9 @@ def check_thousands(rows: Sequence[Sequence[str]], path: StrPath) -> None:
 
 @dataclass
 class Body:
-    """The rows of numbers among the first rows. first: the index of the first; count, filled,
-    blank: how many columns they have, which of them have a number, and which hold nothing."""
+    """The rows of numbers among the first rows. first: the index of the first; count: of their
+    columns, without what separators at the end of each row add; filled, blank: which columns have a
+    number, and which hold nothing."""
 
     first: int
     count: int
@@ -325,23 +340,34 @@ class Body:
     blank: set[int]
 
 
-def body_of(fields: Sequence[list[str]], count: int, decimal: str) -> Body:
-    """Of rows of fields of which those with `count` are the numbers."""
-    able = [place for place, one in enumerate(fields) if len(one) == count and worth(one, decimal)]
+def body_of(fields: Sequence[list[str]], width: int, decimal: str) -> Body:
+    """Of rows of fields of which those with `width` are the numbers."""
+    able = [place for place, one in enumerate(fields) if len(one) == width and worth(one, decimal)]
     filled = {
         column
         for place in able
         for column, one in enumerate(fields[place])
         if is_number(one, decimal)
     }
-    whole = (
+    whole = [
         place
         for place in able
-        if all(is_number(fields[place][column], decimal) for column in filled)
-    )
-    first = next(whole, able[0] if able else len(fields) and 1)
-    rows = [one for one in fields[first:] if len(one) == count]
-    blank = {column for column in range(count) if rows and not any(one[column] for one in rows)}
+        if all(
+            is_number(fields[place][one], decimal) or is_missing(fields[place][one])
+            for one in filled
+        )
+    ]
+    full = (place for place in whole if not any(is_missing(fields[place][one]) for one in filled))
+    first = next(full, (whole or able or [len(fields) and 1])[0])
+    while first - 1 in whole:
+        first -= 1
+    rows = [one for one in fields[first:] if len(one) == width]
+    blank = {
+        column for column in range(width) if rows and all(is_missing(one[column]) for one in rows)
+    }
+    count = width
+    while count > 1 and count - 1 in blank and not any(one[count - 1] for one in rows):
+        count -= 1
     return Body(first, count, filled, blank)
 
 
@@ -355,6 +381,8 @@ def sniffed(
     those of the file. Raises BadInput that says what to type."""
     check_given(given or ())
     texts = [text for _, text in rows]
+    ended = are_ended(texts)
+    texts = [END.sub("", text) for text in texts] if ended else texts
     separator, decimal, width = written(texts)
     if width > COLUMNS_MOST:
         raise BadInput(f"{path}:{rows[0][0]}: {width} columns; at most {COLUMNS_MOST} are read")
@@ -368,12 +396,12 @@ def sniffed(
         )
     if decimal == ",":
         check_thousands([one for one in fields[body.first :] if len(one) == width], path)
-    count = width
-    while count > 1 and count - 1 in body.blank:  # a separator at the end of each row
-        count -= 1
-    heads = fields[: body.first]
-    header = header_of([unended(one, count) for one in heads], count, decimal)
-    header = header or header_of(heads, width, decimal)
+    count, heads = body.count, fields[: body.first]
+    header = (
+        header_of([unended(one, count) for one in heads], count, decimal)
+        or header_of(heads, width, decimal)
+        or header_of([of_columns(one, count) for one in heads], count, decimal)
+    )
     first = header.last + 1 if header and given is None else body.first
     line = rows[min(first, len(rows) - 1)][0]
     names = header.names if header else in_comments(comments, line, separator, count)
@@ -385,6 +413,8 @@ def sniffed(
             f"(line {line}: {texts[min(first, len(rows) - 1)][:SHOWN]})"
         )
     said = as_read(separator, decimal, header, rows, first)
+    if header and (spare := heads[header.first][len(header.names) :]) and any(spare):
+        said.append(f"names without a column: {', '.join(filter(None, spare))}")
     if header is None and names is not None:
         said.append("names from the comment above the numbers")
     named = list(given) if given is not None else names or []
@@ -401,6 +431,7 @@ def sniffed(
             for place in body.filled
             if all(DATE.fullmatch(one[place]) for one in fields[first:] if len(one) == width)
         },
+        ended,
         said,
     )
 
@@ -408,6 +439,22 @@ def sniffed(
 def unended(fields: list[str], count: int) -> list[str]:
     """Fields without the empty ones behind the last column."""
     return fields[:count] if not any(fields[count:]) else fields
+
+
+def of_columns(names: list[str], count: int) -> list[str]:
+    """Names of the columns that there are, without those behind them: only where these are no gyro
+    that the others lack."""
+    rest = names[count:]
+    gyro = [
+        any(guess.quantity_of(name) == "gyro" for name in some) for some in (names[:count], rest)
+    ]
+    return names[:count] if rest and recognised(names[:count]) and gyro != [False, True] else names
+
+
+def are_ended(texts: Sequence[str]) -> bool:
+    """Does a semicolon end most rows, and separate nothing in any."""
+    ends = sum(text.endswith(";") for text in texts)
+    return 2 * ends > len(texts) and not any(";" in END.sub("", text) for text in texts)
 
 
 def check_above(

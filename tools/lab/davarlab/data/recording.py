@@ -12,15 +12,15 @@ from .. import files
 from ..arrays import Bools, Floats, Ints
 from ..errors import BadInput, printable
 from ..files import StrPath
-from . import clock, repeats, signals, table
+from . import clock, guess, repeats, signals, table
 from .clock import Clock
 
 TO_DPS = {"dps": 1.0, "rad_s": 180.0 / np.pi}
 FORCE = {"force_mps2": 1.0}
 PPB = 1e-9  # of a frequency
 CLOCK = {"clock_ppb": 1.0}  # as the analysis calls what it makes of a clock's column (axes.py)
-CLOCKS = ("phase_s", "fractional_frequency")  # how the columns of clocks end
 MINIMUM_SAMPLES = 1000
+KNOWN_LEAST = 2 / 3  # share of the samples, from which those that are missing count as well
 WRITTEN = 1 << 14  # rows that are written at once
 SPREAD_DPS = (1e-15, 1e15)  # of a rate whose unit may be right
 RATES_HZ = (1e-9, 1e9)  # that a gyro may have
@@ -61,6 +61,10 @@ class Recording:
     def measured_samples(self) -> int:
         """How many samples there are, without the missing ones of the grid."""
         return self.samples if self.known is None else int(np.count_nonzero(self.known))
+
+    @property
+    def missing_samples(self) -> int:
+        return self.samples - self.measured_samples
 
     @property
     def even_time(self) -> bool:
@@ -118,7 +122,18 @@ class Recording:
 
 def is_clock(name: str) -> bool:
     """Is a column the phase (s) or the fractional frequency of a clock, or made of one."""
-    return name.endswith((*CLOCKS, *CLOCK))
+    return name.endswith((*guess.CLOCKS, *CLOCK))
+
+
+def counted(known: int, missing: int) -> int:
+    """How many samples a recording counts for."""
+    return known + missing * (known >= KNOWN_LEAST * (known + missing))
+
+
+def check_enough(known: int, missing: int, path: StrPath, why: str = "") -> None:
+    count = counted(known, missing)
+    if count < MINIMUM_SAMPLES:
+        raise BadInput(f"{path}: {count} samples; at least {MINIMUM_SAMPLES} are needed{why}")
 
 
 def check_precise(values: Floats, where: str) -> None:
@@ -131,17 +146,21 @@ def check_precise(values: Floats, where: str) -> None:
 
 
 def clock_of(
-    columns: dict[str, Floats], rate_hz: float | None, path: StrPath, line: int | None
+    columns: dict[str, Floats],
+    rate_hz: float | None,
+    path: StrPath,
+    line: int | None,
+    places: Ints | None,
 ) -> Clock:
     if "time_s" in columns:
         return clock.of(columns["time_s"], rate_hz, path, line)
     if not rate_hz:
         raise BadInput(f"{path}: no column time_s and no --rate. Type --rate HZ")
-    return Clock(float(rate_hz))
+    return Clock(float(rate_hz), places)
 
 
 def fresh(
-    columns: dict[str, Floats], rate_hz: float, path: StrPath
+    columns: dict[str, Floats], rate_hz: float, path: StrPath, places: Ints | None
 ) -> tuple[Floats, dict[str, Floats], Clock] | None:
     """Time and columns of the rows without repeats, and the clock of the sensor, where that was
     read more often than it measures. The analysis needs that rate: a recording with repeats has a
@@ -152,7 +171,8 @@ def fresh(
     if not found or not found.clear or count - np.count_nonzero(found.equal) < MINIMUM_SAMPLES:
         return None
     rows = ~found.equal
-    time = columns.get("time_s", np.arange(count) / rate_hz)[rows]
+    index = np.arange(count) if places is None else places
+    time = columns.get("time_s", index / rate_hz)[rows]
     own = clock.behind_repeats(time, rate_hz, found.share, path)
     if not own:
         return None
@@ -189,14 +209,16 @@ def of_columns(
     path: StrPath,
     notes: dict[str, str],
     line: int | None,
+    places: Ints | None = None,
 ) -> Recording:
     """A Recording of columns that were read from the file `path`, whose header stands in `line`, on
-    the even grid of the clock. What was lost is filled by interpolation, a placeholder.
+    the even grid of the clock; places: on it, of samples without time_s, None: all in turn. What
+    was lost is filled by interpolation, a placeholder.
     """
-    read = clock_of(columns, rate_hz, path, line)
+    read = clock_of(columns, rate_hz, path, line, places)
     if not RATES_HZ[0] < read.rate_hz < RATES_HZ[1]:
         raise BadInput(f"{path}: column time_s gives {read.rate_hz:g} samples per second")
-    without_repeats = fresh(columns, read.rate_hz, path)
+    without_repeats = fresh(columns, read.rate_hz, path, places)
     time, rows, used = without_repeats or (columns.get("time_s"), columns, read)
     columns, known = on_grid(rows, used)
     return Recording(
@@ -217,11 +239,9 @@ def of_columns(
 def read(path: StrPath, rate_hz: float | None = None) -> Recording:
     """Reads a CSV or .csv.gz recording. Raises BadInput that names file, line and column."""
     found = table.read(path)
-    count = len(next(iter(found.columns.values())))
-    if count < MINIMUM_SAMPLES:
-        raise BadInput(f"{path}: {count} samples; at least {MINIMUM_SAMPLES} are needed")
-    made = of_columns(found.columns, rate_hz, path, found.notes, found.line)
+    made = of_columns(found.columns, rate_hz, path, found.notes, found.line, found.places)
     made.origin_ns = found.origin * 10**9
+    check_enough(made.measured_samples, made.missing_samples, path)
     return made
 
 

@@ -1,14 +1,16 @@
 """Tables of numbers in text files, plain or gzip, read in a stream: ten million rows take little
-more memory than their numbers."""
+more memory than their numbers. A row without a value of the sensor is a gap, other missing values
+are interpolated."""
 
 import contextlib
 import gzip
 import io
+import itertools
 import os
 import re
 import shlex
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from typing import Any, Protocol
@@ -16,7 +18,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from .. import files
-from ..arrays import Floats
+from ..arrays import Bools, Floats, Ints
 from ..errors import BadInput
 from ..files import StrPath
 from . import dialect, guess, signals
@@ -40,7 +42,15 @@ LINE_BYTES = 1 << 20  # of the longest line that a table may have
 LONG_BYTES = 1 << 16  # a row with quotes beyond which pyarrow 19 may crash
 HEAD_LINES = 200  # that are looked at for the dialect, comments not counted
 UTF_16 = (b"\xff\xfe", b"\xfe\xff")
+ENDS = re.compile(rb"(?m)[ \t]*;[ \t]*(?=\r?$)")  # as dialect.END, in a block of rows
+# The usual spellings of dialect.MISSING, for pyarrow; by_row() takes the others.
+NULLS = ["", "-", "--", "nan", "NaN", "NAN", "-nan", "-NaN", "null", "NULL", "Null", "none", "None"]
+NULLS += ["NONE", "na", "NA", "n/a", "N/A", "#N/A", "<NA>", "NaT", "nil", "-nan(ind)", "-1.#IND"]
 SAFE = 1 << 62  # whole numbers below it can be taken from each other in 64 bits
+# Of the rows of the sensor, from which a column without a value is slower, or on rows of its own.
+SLOWER = 1 / 3
+LISTED = 6  # columns in a message
+RATES = ("_dps", "_rad_s")  # how the columns of gyros end, whatever else they are called
 # Columns that davar-sim and `davarlab live --record` write, and no sensor.
 RESULTS = {"epoch", "window_samples", "arw_deg_per_sqrt_h"}
 
@@ -203,15 +213,18 @@ def blocks(stream: Stream, first: bytes, line: int, path: StrPath) -> Iterator[b
 @dataclass
 class Form:
     """How the rows of a file are to be read: as its dialect says; names and places: of the columns
-    that are read, of `count`; which column is its time, in what form (of FORMS, "" for a plain
-    number), counted from what origin (whole, in the unit of the column)."""
+    that are read, of `count`; called: what all are called without --rename; which column is its time, in
+    what form (of FORMS, "" for a plain number), counted from what origin (whole, in the unit of the
+    column); stamp: the first time, as text."""
 
     dialect: Dialect
     names: list[str]
     places: list[int]
+    called: list[str]
     time: str = ""
     kind: str = ""
     origin: int = 0
+    stamp: str = ""
 
     @property
     def count(self) -> int:
@@ -224,13 +237,13 @@ def clock_in(names: Sequence[str]) -> str:
     return "time_s" if "time_s" in clocks else next(iter(clocks), "")
 
 
-def form_of(found: Dialect, names: dict[int, str], first: str) -> Form:
+def form_of(found: Dialect, names: dict[int, str], called: list[str], first: str) -> Form:
     """Of a file by its first row of numbers; names: place -> name of the columns that are read."""
-    made = Form(found, list(names.values()), list(names))
+    made = Form(found, list(names.values()), list(names), called)
     made.time = clock_in(made.names)
     fields = found.of(first)
     if made.time and len(fields) == made.count:
-        value = fields[made.places[made.names.index(made.time)]]
+        value = made.stamp = fields[made.places[made.names.index(made.time)]]
         kind = next(
             (kind for kind, pattern in FORMS.items() if re.fullmatch(pattern, value, re.ASCII)), ""
         )
@@ -324,7 +337,7 @@ def parsed(block: bytes, form: Form) -> list[Floats] | None:
             csv.ConvertOptions(
                 column_types=types_of(form),
                 include_columns=[str(place) for place in form.places],
-                null_values=[],
+                null_values=NULLS,
                 decimal_point=form.dialect.decimal,
             ),
         )
@@ -336,8 +349,13 @@ def parsed(block: bytes, form: Form) -> list[Floats] | None:
     for name, column in zip(form.names, found.columns):
         timed = name == form.time
         whole = timed and bool(form.kind)
+        if timed and column.null_count:
+            return None
         values = since(column, form) if whole else column.to_numpy()
-        if values is None or not (np.abs(values) < LARGEST).all():
+        if (
+            values is None
+            or not ((np.abs(values) < LARGEST) | (not timed) & np.isnan(values)).all()
+        ):
             return None
         columns.append(values - form.origin if timed and not whole else values)
     return columns
@@ -362,6 +380,8 @@ def read_columns(
     parts: list[list[Floats]] = [[] for _ in form.names]
     count, cut = 0, ""
     for block in rows:
+        if form.dialect.ended:
+            block = ENDS.sub(b"", block)
         if form.dialect.separator == " ":
             block = re.sub(rb"(?m)^ +| +(?=\r?$)", b"", re.sub(rb"[ \t]+", b" ", block))
         found = parsed(block, form)
@@ -408,6 +428,9 @@ def numbers(fields: Sequence[str], form: Form, where: StrPath) -> Floats:
     values = []
     for name, place in zip(form.names, form.places):
         text = fields[place]
+        if name != form.time and dialect.is_missing(text):
+            values.append(np.nan)
+            continue
         try:
             values.append(
                 above(text, form) if name == form.time else float(form.dialect.number(text))
@@ -425,11 +448,28 @@ def way_on(name: str, form: Form) -> str:
     """What to type where a column beside the gyro has no numbers."""
     if guess.quantity_of(name) == "gyro" or form.count == 1:
         return ""
-    skipped = [dialect.SKIP] * form.count
-    for other, place in zip(form.names, form.places):
-        skipped[place] = dialect.SKIP if other == name else other
-    rate = " --rate HZ" * (name == form.time)
-    return f". To do without this column, type --names {shlex.quote(','.join(skipped))}{rate}"
+    if name == form.time:
+        return without_time(form)
+    return f". To do without this column, type {without([name], form)}"
+
+
+def without(names: Collection[str], form: Form) -> str:
+    """The --names that skip columns, and name the others as the file does."""
+    typed = [dialect.SKIP] * form.count
+    for name, place in zip(form.names, form.places):
+        called = UNNAMED.sub(" ", form.called[place]).strip()
+        typed[place] = dialect.SKIP if name in names else called
+    return f"--names {shlex.quote(','.join(typed))}"
+
+
+def without_time(form: Form, rate_hz: str = "") -> str:
+    """What to type where the time cannot be used; rate_hz: of its median step, "" where unknown."""
+    times = [name for name in form.names if guess.quantity_of(name) == "time"]
+    if len(times) == form.count:
+        return ""
+    known = f". Its median step gives {rate_hz} Hz" * bool(rate_hz)
+    typed = f"{without(times, form)} --rate {rate_hz or 'HZ'}"
+    return f"{known}. To do without this column, type {typed}"
 
 
 def above(text: str, form: Form) -> float:
@@ -442,21 +482,49 @@ def above(text: str, form: Form) -> float:
 
 @dataclass
 class Table:
-    """columns: name -> numbers; line: the one above the numbers; time: the column that is taken for
-    the time ("" for none), which counts from origin, a whole number of its unit; named: the file or
-    its reader has names for the columns, else they are column_1 ..; said: how the file was read,
-    where it is not plain CSV; count: of its columns, with those that are skipped; rates: in Hz,
-    that the text above the numbers states."""
+    """columns: name -> numbers; line: the one above the numbers; form: of the rows; places: of
+    the samples among them, which are those with all values of the sensor (None: all rows); named:
+    the file or its reader has names for the columns, else they are column_1 ..; said: how the file
+    was read, where it is not plain CSV; rates: in Hz, that the text above
+    the numbers states; wire: how its rows stand in sentences."""
 
     notes: dict[str, str]
     columns: dict[str, Floats]
     line: int
-    time: str
-    origin: int
+    form: Form
+    places: Ints | None
     named: bool
     said: list[str]
-    count: int
     rates: list[float]
+    wire: dialect.Sentences | dialect.Monitor | None = None
+
+    @property
+    def time(self) -> str:
+        """The column that is taken for the time, "" for none."""
+        return self.form.time
+
+    @property
+    def origin(self) -> int:
+        """What the time counts from, a whole number of its unit."""
+        return self.form.origin
+
+    @property
+    def count(self) -> int:
+        """Of the columns in the file, with those that are skipped."""
+        return self.form.count
+
+
+def line_of(found: Table, sample: int, path: StrPath) -> int:
+    """The line in which a sample of a table stands, for a message."""
+    row = sample if found.places is None else int(found.places[sample])
+    with opened(path) as stream:
+        lines = enumerate(iter(stream.readline, b""), 1)
+        below = ((number, raw) for number, raw in lines if number > found.line)
+        if found.wire:
+            below = ((number, found.wire.rows([raw], number, path)[0]) for number, raw in below)
+        texts = ((number, text_of(raw, path)) for number, raw in below)
+        rows = (number for number, text in texts if text and not is_comment(text))
+        return next(itertools.islice(rows, row, None))
 
 
 def columns_called(found: Dialect) -> list[str]:
@@ -500,6 +568,108 @@ def with_parts(columns: dict[str, Floats], time: str) -> list[str]:
     return []
 
 
+def axes_of(names: Collection[str], quantity: str) -> list[str]:
+    return [name for name in names if guess.quantity_of(name) == quantity and guess.axis_of(name)]
+
+
+def sensor_of(names: Collection[str]) -> list[str]:
+    """The columns whose noise is measured: of gyros, else of clocks, else of accelerometers."""
+    gyros = axes_of(names, "gyro")
+    gyros = [name for name in names if name in gyros or name.endswith(RATES)]
+    clocks = [name for name in names if name.endswith(guess.CLOCKS)]
+    return gyros or clocks or axes_of(names, "accel")
+
+
+@dataclass
+class Settled:
+    """columns: without missing values; places: of their rows in the table (None: all); empty:
+    columns that were left out; said: what was done, in words."""
+
+    columns: dict[str, Floats]
+    places: Ints | None = None
+    empty: list[str] = field(default_factory=list)
+    said: list[str] = field(default_factory=list)
+
+
+Without = Callable[[Collection[str]], str]  # columns -> the option that skips them
+
+
+def settled(columns: dict[str, Floats], time: str, path: StrPath, without: Without) -> Settled:
+    """Columns of a table in which NaN stands for a missing value; time: the one without any."""
+    gone = {name: np.isnan(column) for name, column in columns.items() if name != time}
+    gone = {name: where for name, where in gone.items() if where.any()}
+    empty = [name for name, where in gone.items() if where.all()]
+    check_empty(columns, empty, path)
+    made = Settled({name: one for name, one in columns.items() if name not in empty}, empty=empty)
+    gone = {name: where for name, where in gone.items() if name not in empty}
+    needed = needed_of(made.columns, gone, path, without)
+    for name in (slow := [name for name in gone if name not in needed]):
+        made.columns[name] = interpolated(columns[name], gone[name], columns.get(time))
+    if slow:
+        counts = (f"{name} ({np.count_nonzero(gone[name])} missing values)" for name in slow)
+        made.said.append(f"interpolated: {', '.join(counts)}")
+    if needed:
+        keep_whole(made, {name: gone[name] for name in needed}, path, without)
+    return made
+
+
+def check_empty(names: Collection[str], empty: Collection[str], path: StrPath) -> None:
+    """Raises BadInput where no column of the sensor has a value, or none at all."""
+    sensor = sensor_of(names) or list(names)
+    if set(sensor) <= set(empty):
+        raise BadInput(f"{path}: column {sensor[0]}: no row has a value")
+
+
+def needed_of(
+    columns: Mapping[str, Floats], gone: Mapping[str, Bools], path: StrPath, without: Without
+) -> list[str]:
+    """The columns whose missing values are gaps: of the sensor, and of an accelerometer that is as
+    fast. Raises BadInput where the columns of the sensor have their values in different rows."""
+    sensor = sensor_of(columns)
+    if not sensor or not gone:
+        return []
+    none = np.zeros(len(next(iter(columns.values()))), bool)
+    fullest = min(sensor, key=lambda name: np.count_nonzero(gone.get(name, none)))
+    rows = ~gone.get(fullest, none)
+    slower = [name for name, where in gone.items() if np.mean(where[rows]) >= SLOWER]
+    apart = [name for name in sensor if name in slower]
+    if apart:
+        raise BadInput(
+            f"{path}: column {apart[0]}: a value in {np.count_nonzero(rows & ~gone[apart[0]])} of "
+            f"the {np.count_nonzero(rows)} rows with {fullest}; all others would be gaps. To do "
+            f"without {', '.join(apart)}, type {without(apart)}"
+        )
+    beside = [name for name in axes_of(columns, "accel") if name not in slower]
+    return [name for name in gone if name in sensor or name in beside]
+
+
+def keep_whole(made: Settled, gone: Mapping[str, Bools], path: StrPath, without: Without) -> None:
+    """Leaves out the rows in which one of these columns has no value. Raises BadInput where none
+    would be left."""
+    names, lost = list(gone), np.logical_or.reduce(list(gone.values()))
+    if lost.all():
+        worst = max(names, key=lambda name: np.count_nonzero(gone[name]))
+        raise BadInput(
+            f"{path}: every row lacks a value, most of them that of column {worst} "
+            f"({np.count_nonzero(gone[worst])} of {len(lost)}). To do without it, type "
+            f"{without([worst])}"
+        )
+    lacking = ", ".join(names[:LISTED]) + ", .." * (len(names) > LISTED)
+    made.said.append(f"{np.count_nonzero(lost)} of {len(lost)} rows omitted: no value of {lacking}")
+    made.columns = {name: column[~lost] for name, column in made.columns.items()}
+    made.places = np.flatnonzero(~lost)
+
+
+def interpolated(values: Floats, gone: Bools, time: Floats | None) -> Floats:
+    """A column over its missing values: in time, where there is one that runs forward, else from
+    row to row."""
+    runs = time is not None and bool(np.all(np.diff(time) >= 0))
+    at = time if runs and time is not None else np.arange(len(values))
+    out = values.copy()
+    out[gone] = np.interp(at[gone], at[~gone], values[~gone])
+    return out
+
+
 def read(
     path: StrPath,
     given: Sequence[str] | None = None,
@@ -524,23 +694,27 @@ def read(
         if not kept:
             raise BadInput(f"{path}:{line}: no column of numbers is left to read")
         check_names(list(kept.values()), f"{path}:{line - 1}", len(names))
-        form = form_of(found, kept, rows[found.first][1] if found.first < len(rows) else "")
+        form = form_of(found, kept, called, rows[found.first][1] if found.first < len(rows) else "")
         rest = blocks(stream, b"".join(top.raw[line - top.start :]), line - 1, path)
         if wire:
             rest = wire.translated(rest, line - 1, path)
         columns, cut = read_columns(rest, form, line - 1, path)
+    added = with_parts(columns, form.time)
+    whole = settled(columns, form.time, path, lambda names: without(names, form))
     gone = [f"{names[place]} ({why})" for place, why in out.items() if why]
+    gone += [f"{name} (empty)" for name in whole.empty]
     said = [
         *([f"{skip} line{'s' * (skip > 1)} skipped, as chosen"] if skip else []),
         *([wire.said] if wire and wire.said else []),
         *found.said,
         *([by_file] if by_file else []),
-        *with_parts(columns, form.time),
+        *added,
         *([f"skipped: {', '.join(gone)}"] if gone else []),
         *([cut] if cut else []),
+        *whole.said,
     ]
     above = [text for at, text in rows if at < line]
     stated = dialect.rates_in([*(f"{key}: {value}" for key, value in top.notes.items()), *above])
     return Table(
-        top.notes, columns, line - 1, form.time, form.origin, found.named, said, form.count, stated
+        top.notes, whole.columns, line - 1, form, whole.places, found.named, said, stated, wire
     )

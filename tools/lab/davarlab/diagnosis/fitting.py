@@ -13,7 +13,7 @@ from ..data import counts, events, motion, observations, signals
 from ..data import recording as recordings
 from ..data.events import Shocks
 from ..data.observations import Observation
-from ..data.recording import MINIMUM_SAMPLES, Recording
+from ..data.recording import Recording
 from ..errors import BadInput, Moving
 from ..inference import adequacy, changes, gaps, images, modulation, reading, refine
 from ..inference.parts import Bench, Part, as_spectra, part_of, without
@@ -137,10 +137,10 @@ def check_at_rest(recording: Recording, seen: Sequence[Observation]) -> None:
 
 
 def check_alive(recording: Recording, model: Model, y: Floats) -> None:
-    if len(y) < MINIMUM_SAMPLES:
+    if recordings.counted(len(y), recording.missing_samples) < recordings.MINIMUM_SAMPLES:
         raise BadInput(
             f"{recording.name}: column {model.column}: {len(y)} samples remain without motion, "
-            f"torn, repeated and clipped samples; at least {MINIMUM_SAMPLES} are needed"
+            f"torn, repeated and clipped samples; at least {recordings.MINIMUM_SAMPLES} are needed"
         )
     if np.mean(np.diff(y) != 0) < START.moving_share:
         raise BadInput(

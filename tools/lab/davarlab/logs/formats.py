@@ -210,7 +210,7 @@ def place(found: Samples, stamps_ns: Ints) -> None:
 def recording_of(found: Samples, path: StrPath, rate_hz: float | None) -> Recording:
     """A Recording on the even grid of the clock."""
     made = recordings.of_columns(
-        found.columns, rate_hz or found.rate_hz, path, found.notes, found.line
+        found.columns, rate_hz or found.rate_hz, path, found.notes, found.line, found.places
     )
     made.origin_ns, made.doubts = found.origin_ns, doubted(found)
     return made
@@ -229,9 +229,11 @@ def read(
     options = options or Options()
     found = samples(path, options)
     count = len(next(iter(found.columns.values())))
-    if count < recordings.MINIMUM_SAMPLES:
-        raise BadInput(f"{path}: {count} samples; at least {recordings.MINIMUM_SAMPLES} are needed")
+    why = f" ({', '.join(found.said)})" if found.said else ""
+    if count < recordings.KNOWN_LEAST * recordings.MINIMUM_SAMPLES:
+        recordings.check_enough(count, 0, path, why)
     made = replace(recording_of(found, path, options.rate_hz), as_recorded=options.as_recorded)
+    recordings.check_enough(count, made.missing_samples if not made.rows else 0, path, why)
     note = None if options.as_recorded else plausible.note(found.columns, made.rate_hz)
     for line in (
         *said(found),
@@ -264,13 +266,15 @@ def said(found: Samples) -> Iterator[str]:
 
 
 def write(found: Samples, path: StrPath, rate_hz: float | None, source: StrPath) -> float:
-    """Samples as a CSV recording, every one as it was measured: nothing is filled in. Returns the
-    rate. Raises BadInput where they are no recording: no time and no rate, time that runs
-    backwards."""
+    """Samples as a CSV recording, every one as it was measured: no gap is filled, and where rows
+    without a time lack values, the others get one. Returns the rate. Raises BadInput where they are
+    no recording: no time and no rate, time that runs backwards."""
     rate = rate_hz or found.rate_hz
     if "time_s" in found.columns:
         rate = clock.of(found.columns["time_s"], rate, source, found.line).rate_hz
     elif not rate:
         raise BadInput(f"{source}: no column time_s and no --rate. Type --rate HZ")
+    if found.places is not None and "time_s" not in found.columns:
+        found.columns = {"time_s": found.places / rate, **found.columns}
     recordings.write_columns(found.columns, found.notes, path, found.origin_ns)
     return rate

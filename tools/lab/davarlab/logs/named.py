@@ -124,7 +124,7 @@ class Log:
     """shapes: name -> shape of the arrays; load(name): one of them; whole: a table, of which every
     column is kept. given: names as the user calls them (--unit NAME=UNIT). origins: name -> what
     the numbers of a column count from. said: how the file was read. stated: sample rates in Hz that
-    it states."""
+    it states. places: of the samples in a table (sensor.Samples)."""
 
     def __init__(
         self,
@@ -138,6 +138,7 @@ class Log:
         origins: Mapping[str, int] | None = None,
         said: Sequence[str] = (),
         stated: Sequence[float] = (),
+        places: Ints | None = None,
     ) -> None:
         self.path, self.load, self.given, self.what, self.whole, self.line, self.origins = (
             path,
@@ -148,7 +149,7 @@ class Log:
             line,
             origins or {},
         )
-        self.said, self.stated = said, stated
+        self.said, self.stated, self.places = said, stated, places
         self.columns = {
             one.name: one
             for one in columns_of(
@@ -257,7 +258,7 @@ class Log:
             ]
         found.notes["source"] = f"{self.what}, {stem}"
         found.rate_hz, found.line = rate if found.stamps_ns is None else None, self.line
-        found.said = list(self.said)
+        found.said, found.places = list(self.said), self.places
         return found
 
 

@@ -42,7 +42,8 @@ class Samples:
     stamps_ns: int64, None where the log has none. beside: (stamps_ns, columns) of what was measured
     at times of its own. guesses: how names and units were found, of data.guess. line: of the file
     above the numbers, None where a log has no lines. origin_ns: of a column time_s. said: how the
-    file was read, in words, where that was not plain."""
+    file was read, in words, where that was not plain. places: of the samples among the rows of a
+    file, which decide where no time does; None: all in turn."""
 
     columns: dict[str, Floats]
     stamps_ns: Ints | None = None
@@ -53,6 +54,7 @@ class Samples:
     line: int | None = None
     origin_ns: int = 0
     said: list[str] = field(default_factory=list)
+    places: Ints | None = None
 
 
 class Log(Protocol):

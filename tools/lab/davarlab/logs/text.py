@@ -157,8 +157,8 @@ def is_own(names: Collection[str], rate_hz: float | None) -> bool:
 class Own:
     """A recording of davarlab's: one sensor, every column as it is."""
 
-    def __init__(self, found: table.Table) -> None:
-        self.found = found
+    def __init__(self, found: table.Table, path: StrPath) -> None:
+        self.found, self.path = found, path
         self.sensors = [
             Sensor("recording", frozenset(["gyro"]), len(next(iter(found.columns.values()))))
         ]
@@ -171,6 +171,7 @@ class Own:
             line=found.line,
             origin_ns=found.origin * 10**9,
             said=found.said,
+            places=found.places,
         )
 
 
@@ -192,7 +193,7 @@ def log(path: StrPath, options: Options) -> Own | named.Log:
         )
     read_clocks(found.columns, clocks, path)
     if options.plain or is_own(found.columns, options.rate_hz) and not options.units:
-        return Own(found)
+        return Own(found, path)
     return named.Log(
         path,
         {name: one.shape for name, one in found.columns.items()},
@@ -204,4 +205,5 @@ def log(path: StrPath, options: Options) -> Own | named.Log:
         {found.time: found.origin},
         found.said,
         [options.rate_hz] if options.rate_hz else found.rates,
+        found.places,
     )

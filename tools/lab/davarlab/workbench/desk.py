@@ -71,11 +71,10 @@ def preview(
     of them, what a page shows of it). skip: lines of a text that were skipped."""
     columns = log.columns
     rates = log.rates if isinstance(log, tables.Table) else []
-    found, rows = said or guess.of(columns, rates), len(next(iter(columns.values())))
+    found, count = said or guess.of(columns, rates), len(next(iter(columns.values())))
     ticks = clock_of(columns, found, path, log.line)
-    missing = (
-        0 if not ticks or ticks.places is None else int(ticks.places[-1]) + 1 - len(ticks.places)
-    )
+    places = ticks.places if ticks else log.places
+    missing = 0 if places is None else int(places[-1]) + 1 - count
     return found, {
         "path": str(path),
         "columns": [
@@ -84,14 +83,14 @@ def preview(
         "named": isinstance(log, Samples) or log.named,
         "count": len(columns) if isinstance(log, Samples) else log.count,
         "said": ", ".join(log.said),
-        "rows": rows,
+        "rows": recordings.counted(count, missing),
         "least": recordings.MINIMUM_SAMPLES,
         "skip": None if isinstance(log, Samples) else skip,
         "doubts": doubts_of(columns, found, ticks),
         "rate_hz": ticks.rate_hz if ticks else None,
         "missing": missing,
         "head": [
-            [float(column[row]) for column in columns.values()] for row in range(min(ROWS, rows))
+            [float(column[row]) for column in columns.values()] for row in range(min(ROWS, count))
         ],
         "units": guess.UNITS,
         "plot": [picture(column) for column in columns.values()],
@@ -175,7 +174,7 @@ def read(
 def as_it_is(path: str | Path, log: tables.Table | Samples) -> recordings.Recording:
     """The recording in what looked_at() found, if its columns are called as davarlab calls them."""
     if isinstance(log, tables.Table):
-        log = formats.checked(texts.Own(log).read(""), "", path, Options())
+        log = formats.checked(texts.Own(log, path).read(""), "", path, Options())
     return formats.recording_of(log, path, None)
 
 
