@@ -1126,6 +1126,83 @@ def test_a_fit_takes_missing_values_for_lost_samples(logs):
     assert found[0].stdout.replace("log.csv", "lost.csv") == found[1].stdout
 
 
+# A time that cannot be used.
+
+
+def stepped(stamps, back, places):
+    """Stamps that step back at these places."""
+    out = stamps.copy()
+    for place in places:
+        out[place:] -= back
+    return out
+
+
+NS = 1_742_324_422_300_000_000 + US * 1000
+NO_TIME = {  # name of the column, stamps as text, the line that is named, what is said, --rate
+    "a jump": ("timestamp_us", stepped(US, 50_000, [500]), 502, "runs backwards", "100"),
+    "jumps there and back": (
+        "us",
+        stepped(US, 70_000, [50, 300, 900]),
+        52,
+        "runs backwards",
+        "100",
+    ),
+    "a restart": ("time_s", np.r_[TIME[:600] + 7, TIME[600:] - 6], 602, "runs backwards", "100"),
+    "Unix time": (
+        "time_s",
+        [f"{one:.6f}" for one in stepped(1.7e9 + TIME, 0.4, [800])],
+        802,
+        "runs backwards",
+        "100",
+    ),
+    "a date": (
+        "time",
+        [f"2024-01-02 03:04:{one:09.6f}" for one in stepped(TIME + 10, 0.2, [7])],
+        9,
+        "runs backwards",
+        "100",
+    ),
+    "seven digits": (
+        "timestamp",
+        [f"{one:.6e}" for one in NS],
+        0,
+        "have 7 digits and do not",
+        "HZ",
+    ),
+    "seven digits of seconds": ("t", [f"{one / 1e9:.6e}" for one in NS], 0, "have 7 digits", "HZ"),
+    "single precision": (
+        "time_s",
+        [str(np.float32(one / 1e9)) for one in NS],
+        0,
+        "do not tell neighbouring rows apart",
+        "HZ",
+    ),
+    "a clock that stands still": ("ms", np.full(COUNT, 5), 0, "do not tell neighbouring", "HZ"),
+}
+
+
+@pytest.mark.parametrize("name", NO_TIME)
+def test_a_time_that_cannot_be_used_can_be_done_without(logs, name):
+    column, stamps, line, words, rate = NO_TIME[name]
+    # a comment and a blank line are counted, too
+    text = rows(stamps, TEMP, *GYRO.T)
+    for above in (0, 2):
+        body = text.replace("\n", "\n# marker\n\n", 1) if above else text
+        log = logs.file("log.csv", f"{column},temp,{OWN}\n{body}")
+        where = f"log.csv:{line + above}: column" if line else "log.csv: column"
+        typed = f"--names _,temp,{OWN} --rate {rate}"
+        logs.rejected(log, f"{where} {column}: ", words, typed)
+        assert "e+27" not in logs.said(log)
+    columns = logs.imported(log, "--names", logs.proposed(log), "--rate", "100")[1]
+    logs.check_gyro(columns, time=False)
+
+
+def test_a_name_that_an_option_cannot_hold_is_proposed_without_its_comma(logs):
+    text = rows(stepped(US, 50_000, [500]), *GYRO.T)
+    log = logs.file("log.csv", f'us,"gyro, x_dps",gy_dps,gz_dps\n{text}')
+    logs.rejected(log, "log.csv:502", "'_,gyro  x_dps,gy_dps,gz_dps' --rate 100")
+
+
 ARW = 0.3 / RATE_HZ**0.5 * 60
 TUTORIAL = ROOT / "data/tutorial_model.toml"
 

@@ -213,9 +213,9 @@ def blocks(stream: Stream, first: bytes, line: int, path: StrPath) -> Iterator[b
 @dataclass
 class Form:
     """How the rows of a file are to be read: as its dialect says; names and places: of the columns
-    that are read, of `count`; called: what all are called without --rename; which column is its time, in
-    what form (of FORMS, "" for a plain number), counted from what origin (whole, in the unit of the
-    column); stamp: the first time, as text."""
+    that are read, of `count`; called: what all are called without --rename; which column is its
+    time, in what form (of FORMS, "" for a plain number), counted from what origin (whole, in the
+    unit of the column); stamp: the first time, as text."""
 
     dialect: Dialect
     names: list[str]

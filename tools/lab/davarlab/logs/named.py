@@ -313,6 +313,7 @@ def dressed(
     """Raw columns as Samples in davarlab's names and units, by guesses that can be overridden.
     Columns of no known quantity keep their names. stated: sample rates of the file, in Hz."""
     guesses = overridden(guess.of(columns, stated), given, path)
+    there = dict(columns)
     out, stamps = {}, None
     for one in guesses:
         values = columns.pop(one.name)
@@ -320,17 +321,18 @@ def dressed(
             stamps = nanoseconds(values, one, origins.get(one.name, 0), path)
         else:
             out[column_name(one)] = units.scaled(values, one.factor)
-    late = next(
-        (
-            one.name
-            for one in guesses
-            if one.quantity == "other" and guess.quantity_of(one.name) == "time"
-        ),
-        None,
-    )
-    if stamps is None and late:
-        raise BadInput(f"{path}: column {late}: time runs backwards")
+    if stamps is None:
+        check_forward(guesses, there, path)
     return Samples(out, stamps, guesses=guesses)
+
+
+def check_forward(guesses: Iterable[Guess], columns: Mapping[str, Numbers], path: StrPath) -> None:
+    """Raises BadInput where a column is a time by its name that does not run forward."""
+    for one in guesses:
+        if one.quantity == "other" and guess.quantity_of(one.name) == "time":
+            back = np.flatnonzero(np.diff(columns[one.name].astype(np.float64)) < 0)
+            where = f" at sample {back[0] + 2}" * bool(len(back))
+            raise BadInput(f"{path}: column {one.name}: time runs backwards{where}")
 
 
 def column_name(one: Guess) -> str:
@@ -347,6 +349,7 @@ def nanoseconds(values: Numbers, one: Guess, origin: int, path: StrPath) -> Ints
     if values.dtype.kind in "iu" and unit:
         return units.nanoseconds(values, unit, where, origin)
     check_finite(values, where)
+    units.check_stamps(values, one.factor * 1e9, where, origin)
     return units.nanoseconds(
         np.round(np.asarray(values, np.float64) * one.factor * 1e9), 1, where, origin * (unit or 0)
     )

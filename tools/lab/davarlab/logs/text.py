@@ -7,6 +7,8 @@ import re
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from ..arrays import Floats
 from ..data import guess, table
 from ..data import recording as recordings
@@ -16,6 +18,7 @@ from . import hint, named
 from .options import Options
 from .sensor import Samples, Sensor
 
+CHANGES_LEAST = 20  # of coarse stamps: with fewer, the rate would be off by more than 5 %
 ACCEL = re.compile(r"accel_[xyz]_(g|mg|m_s2|mps2)")
 
 
@@ -165,6 +168,8 @@ class Own:
 
     def read(self, name: str) -> Samples:
         found = self.found
+        if found.time == "time_s":
+            check_time(found, self.path, [])
         return Samples(
             found.columns,
             notes=dict(found.notes),
@@ -173,6 +178,48 @@ class Own:
             said=found.said,
             places=found.places,
         )
+
+
+def check_time(found: table.Table, path: StrPath, units: Sequence[str]) -> None:
+    """Raises BadInput that says how to do without a time that runs backwards, or that is written
+    too coarsely to tell the rate. units: as of --unit."""
+    name = found.time
+    others = [
+        column
+        for column, values in found.columns.items()
+        if column != name and guess.quantity_of(column) == "time" and np.all(np.diff(values) >= 0)
+    ]
+    if not name or others or len(found.columns[name]) < 2:
+        return
+    steps = np.diff(found.columns[name])
+    back = np.flatnonzero(steps < 0)
+    if len(back):
+        where = f"{path}:{table.line_of(found, int(back[0]) + 1, path)}"
+        way_on = table.without_time(found.form, rate_of(found, units))
+        raise BadInput(f"{where}: column {name}: time runs backwards{way_on}")
+    if np.median(steps) == 0 and np.count_nonzero(steps) < CHANGES_LEAST:
+        stamp = found.form.stamp
+        digits = re.sub(r"[eE].*|[^0-9]", "", stamp).lstrip("0")
+        have = f" have {len(digits)} digits and" * ("e" in stamp.lower())
+        raise BadInput(
+            f"{path}: column {name}: the time stamps ({stamp[: table.SHOWN]} ..){have} do not tell "
+            f"neighbouring rows apart{table.without_time(found.form)}"
+        )
+
+
+def rate_of(found: table.Table, units: Sequence[str]) -> str:
+    """The rate in Hz by the median step of the time, in its unit as it was given or is guessed; ""
+    where it is unknown."""
+    steps = np.diff(found.columns[found.time])
+    forward = np.cumsum(np.maximum(steps, 0))
+    one = guess.of_column(found.time, forward, found.rates)
+    pairs = (pair.partition("=") for pair in units)
+    given = (unit for name, _, unit in pairs if name in (found.time, "time"))
+    factor = next((guess.SECONDS[unit] for unit in given if unit in guess.SECONDS), None)
+    if found.form.kind == "date":
+        factor = 1.0
+    usual = float(np.median(steps)) * (factor or one.factor)
+    return f"{1 / usual:.6g}" if usual > 0 and (factor or not one.doubt) else ""
 
 
 def log(path: StrPath, options: Options) -> Own | named.Log:
@@ -194,6 +241,7 @@ def log(path: StrPath, options: Options) -> Own | named.Log:
     read_clocks(found.columns, clocks, path)
     if options.plain or is_own(found.columns, options.rate_hz) and not options.units:
         return Own(found, path)
+    check_time(found, path, options.units)
     return named.Log(
         path,
         {name: one.shape for name, one in found.columns.items()},

@@ -17,13 +17,19 @@ def nanoseconds(ticks: npt.ArrayLike, unit_ns: int, where: str, origin: int = 0)
     """Stamps, which count ticks of unit_ns nanoseconds from an origin, as whole nanoseconds. Raises
     BadInput for what 64 bits do not hold."""
     ticks = np.asarray(ticks)
+    check_stamps(ticks, unit_ns, where, origin)
+    return (ticks.astype(np.int64) + origin) * unit_ns
+
+
+def check_stamps(ticks: Numbers, unit_ns: float, where: str, origin: int = 0) -> None:
+    """Raises BadInput that shows, as the log has it, the first stamp that 64 bits of nanoseconds do
+    not hold."""
     wrong = np.flatnonzero(~(np.abs(ticks.astype(np.float64) + origin) * unit_ns < table.SAFE))
     if len(wrong):
         raise BadInput(
             f"{where}: the time stamp {float(ticks[wrong[0]]) + origin:.6g} at sample "
             f"{wrong[0] + 1} is not a valid time"
         )
-    return (ticks.astype(np.int64) + origin) * unit_ns
 
 
 def scaled(values: Numbers, factor: float) -> Floats:
