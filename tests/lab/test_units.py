@@ -5,7 +5,7 @@ import pytest
 from asking import run
 from davarlab.data import guess
 from lab_bench import write_csv
-from scipy import signal
+from scipy import io, signal
 
 DEG, G = np.pi / 180, 9.80665
 AXES = "xyz"
@@ -102,6 +102,19 @@ def test_an_accelerometer_without_gravity_is_not_used(lab):
     assert "accel_x_g" not in text
     told("import", path, "-o", lab.work / "out.csv", "--unit", "accel=m/s^2")
     assert "accel_x_g" in (lab.work / "out.csv").read_text()
+
+
+def test_a_unit_of_the_gyro_says_nothing_of_what_is_beside_it(lab):
+    """In a log whose accelerometer is an array of its own."""
+    path = lab.work / "noise.mat"
+    made = {"Gyr_noise": at_rest(5, 0.3, 100.0).T * DEG, "Acc_noise": np.zeros((6000, 3))}
+    made["Acc_noise"] += 0.01 * np.random.default_rng(6).normal(size=(6000, 3))
+    io.savemat(path, made)
+    words = ("diagnose", path, "--rate", "100", "--axes", "all")
+    said = told(*words, "--unit", "gyro=rad/s")
+    assert "gyro_x_dps" in said
+    assert "gravity is missing" in said
+    lab.refused("--unit mag=uT: ", *words, "--unit", "mag=uT")
 
 
 def test_a_unit_in_doubt_is_no_verdict_and_no_recording(lab):

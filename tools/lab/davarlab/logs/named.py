@@ -239,6 +239,12 @@ class Log:
             assert found.stamps_ns is not None  # a time is among the columns
             yield found.stamps_ns, found.columns
 
+    def concerning(self, columns: Iterable[str]) -> list[str]:
+        """The pairs of --unit that concern these columns, or none of the log, which is an error."""
+        read, others = called(columns), called(self.columns)
+        named = [(pair, pair.partition("=")[0]) for pair in self.given]
+        return [pair for pair, name in named if name in read or name not in others]
+
     def read(self, stem: str) -> Samples:
         columns: dict[str, Numbers] = {}
         last: tuple[str | None, Any] = (None, None)
@@ -248,7 +254,7 @@ class Log:
             columns[name] = vector(last[1], one, f"{self.path}: {name}")
         rate = float(np.ravel(self.load(self.rates[0]))[0]) if self.rates else None
         stated = self.stated or ([rate] if rate else [])
-        found = dressed(columns, self.given, self.path, self.origins, stated)
+        found = dressed(columns, self.concerning(columns), self.path, self.origins, stated)
         if found.stamps_ns is not None and stem in self.gyros:
             found.beside = [
                 other
@@ -260,6 +266,12 @@ class Log:
         found.rate_hz, found.line = rate if found.stamps_ns is None else None, self.line
         found.said, found.places = list(self.said), self.places
         return found
+
+
+def called(names: Iterable[str]) -> set[str]:
+    """How --unit can call these columns."""
+    names = list(names)
+    return {*names, *map(guess.quantity_of, names)}
 
 
 def vector(values: Any, column: Column, where: str) -> Numbers:
