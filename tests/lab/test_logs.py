@@ -512,6 +512,31 @@ MPS2 = np.round(FORCE * 9.80665, 6)
 UNIX_NS = 1_742_324_422_348_709_600 + NS
 UNIX = ("Sensor Logger", "Sensor Logger, uncalibrated")
 OTHER = np.round(RNG.normal(0.3, 0.2, (COUNT, 3)), 5)  # no gyro
+
+
+def test_of_a_blackbox_log_the_gyro_in_front_of_the_filters_is_read(logs):
+    """As blackbox_decode writes it: whole deg/s, and a throttle."""
+    whole = np.round(30 * GYRO)
+    heads = [f"{one}[{axis}]" for one in ("axisP", "gyroADC", "gyroUnfilt") for axis in range(3)]
+    columns = (
+        np.arange(COUNT),
+        US,
+        *np.ones((3, COUNT)),
+        *np.ones((3, COUNT)),
+        *whole.T,
+        1500 + US,
+    )
+    log = logs.file(
+        "LOG.csv", f"loopIteration,time (us),{','.join(heads)},throttle\n{rows(*columns)}"
+    )
+    _, found = logs.imported(log)
+    for axis, name in enumerate("xyz"):
+        np.testing.assert_array_equal(np.float64(found[f"gyro_{name}_dps"]), whole[:, axis])
+    assert "deg/s by the documentation of Betaflight" in logs.said(log)
+    assert "throttle" in found
+    assert set(logs.imported(log, "--sensor", "gyroADC[]")[1]["gyro_x_dps"]) == {"1"}
+
+
 KNOWN = {  # (file, names, columns): x, y, z of GYRO
     "phyphox": (
         "Raw Data.csv",

@@ -140,8 +140,8 @@ def of_axis(whole: Recording, column: str, bandwidth: str) -> Axis:
         start = fitting.start(recording, model)
     except Moving as why:
         floor = flown(whole, column, bandwidth) if column.startswith("gyro") else []
-        said = str(why).removeprefix(f"{whole.name}: ")
-        return Axis(column, said=said, floor=floor)
+        moves = str(why).removeprefix(f"{whole.name}: ").partition(". ")[0]
+        return Axis(column, said=f"no value at rest: {moves}", floor=floor)
     except BadInput as why:  # an axis of its own: it is dead, or too little of it is left
         return Axis(column, said=str(why))
     found = search.of_noise(start, model, lambda text: None)

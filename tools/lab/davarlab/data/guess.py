@@ -44,6 +44,8 @@ ARW = (0.03, 5.0)  # deg/sqrt(h), of MEMS gyros at rest
 STEPS = (("ns", 1e5), ("us", 50.0), ("ms", 0.5), ("s", 0.0))
 USUAL_HZ = (4.0, 2000.0)  # rates of logs of an IMU, by which a unit of the time is doubted
 RATE_NEAR = 0.1  # relative, of a stated rate and that of the stamps
+# A decoded blackbox log: the gyro behind its filters and in front of them, whole deg/s.
+BLACKBOX = re.compile(r"gyro(ADC|Unfilt)\[[012]\]")
 TICK_OF_XSENS = "sampletimefine"  # of an MTi 0.1 ms, of a Movella DOT 1 us
 SLOWEST_MTI_S = 0.5  # between samples, beyond which it is a DOT's
 WORDS = {
@@ -366,6 +368,8 @@ def of_column(name: str, values: Floats, rates: Sequence[float] = ()) -> Guess:
     ):
         return Guess(name, "other")
     unit = said_unit(name, quantity)
+    if BLACKBOX.fullmatch(name):
+        return Guess(name, quantity, axis, "deg/s", by="by the documentation of Betaflight")
     if quantity == "time" and not unit and len(values) > 1:
         return of_time(name, values, rates)
     if unit == "counts" or not unit:

@@ -24,6 +24,7 @@ RATE = re.compile(
     r"^(fs|rate|rate_hz|sample_rate|sampling_rate|freq|frequency|fsamp|sr)$", re.IGNORECASE
 )
 TICKS = {unit: round(size * 1e9) for unit, size in guess.SECONDS.items()}  # nanoseconds
+UNFILTERED, FILTERED = "gyroUnfilt", "gyroADC"  # of a blackbox log: the first is chosen
 FOREIGN = ("datetime64", "timedelta64")
 
 
@@ -166,8 +167,15 @@ class Log:
         sets = [("gyro", stem, axes) for stem, axes in self.gyros.items()] + [
             ("accel", stem, axes) for stem, axes in self.accels.items()
         ]
+        raw = any(stem.startswith(UNFILTERED) for stem in self.gyros)
         self.sensors = [
-            Sensor(stem, frozenset([quantity]), self.columns[next(iter(axes.values()))].count, stem)
+            Sensor(
+                stem,
+                frozenset([quantity]),
+                self.columns[next(iter(axes.values()))].count,
+                stem,
+                int(raw and stem.startswith(FILTERED)),
+            )
             for quantity, stem, axes in sets
         ]
 
