@@ -68,6 +68,7 @@ FLUSHED = 1 << 10  # rows of a table, if the end of the record needs another one
 FILTER_SIZE = 512
 TAUS_MAX = 32
 PARTS = 64  # of a record (record.c)
+PIECE = 1 << 28  # differences in one call, a third of a second
 UINT32_MAX = 0xFFFFFFFF
 
 
@@ -267,8 +268,28 @@ def adev_of(
     m: npt.NDArray[np.uint32],
 ) -> Floats:
     """Rows deviation, number of differences and those of batches, of values in whole steps from a
-    centre (davar_python_adev).
+    centre (davar_python_adev), in pieces.
     """
+    rows = np.empty((2 + 2 * PARTS, len(m)))
+    for some in pieces(len(values), len(m)):
+        rows[:, some] = piece_of(values, centre, step, ends, m[some])
+    return rows
+
+
+def pieces(count: int, taus: int) -> list[slice]:
+    """Which sizes each call computes, for `count` samples. Ctrl-C waits for the end of a call."""
+    most = max(1, PIECE // count)
+    return [slice(first, first + most) for first in range(0, taus, most)]
+
+
+def piece_of(
+    values: Floats,
+    centre: float,
+    step: float,
+    ends: npt.NDArray[np.uintp],
+    m: npt.NDArray[np.uint32],
+) -> Floats:
+    """The columns of adev_of for some sizes. No other size has an effect on them."""
     rows = np.zeros((2 + 2 * PARTS, len(m)))
     if not library().davar_python_adev(
         values.ctypes.data,

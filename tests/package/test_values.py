@@ -1,7 +1,9 @@
 """davar.adev compared with published values, AllanTools, and the definition."""
 
+import importlib
 import math
 import resource
+import signal
 
 import allantools
 import numpy as np
@@ -154,6 +156,45 @@ def test_intervals_are_those_of_dynamic_for_one_window():
     }.items():
         wanted = [there[f"{name}_{m}"][0] for m in there.clusters]
         np.testing.assert_allclose(values, wanted, rtol=1e-6)
+
+
+@pytest.fixture
+def library():
+    return importlib.import_module("davar._library")
+
+
+@pytest.mark.parametrize("word, gaps", [("all", None), ("octave", None), ("all", [700, 1500])])
+def test_pieces_of_the_sizes_give_the_same_bits(library, monkeypatch, word, gaps):
+    x = np.random.default_rng(5).normal(0.3, 0.2, 2000).cumsum()
+    whole = davar.adev(x, 50.0, word, gaps=gaps)
+    for sizes in (1, 2, 7):
+        monkeypatch.setattr(library, "PIECE", sizes * len(x))
+        np.testing.assert_array_equal(davar.adev(x, 50.0, word, gaps=gaps), whole)
+
+
+@pytest.mark.parametrize("count, taus", [(2, 1), (10**6, 111_111), (10**8, 24), (1 << 31, 31)])
+def test_a_piece_has_every_size_once_and_a_bounded_number_of_differences(library, count, taus):
+    sizes = np.arange(taus)
+    pieces = [sizes[some] for some in library.pieces(count, taus)]
+    np.testing.assert_array_equal(np.concatenate(pieces), sizes)
+    assert all(len(one) == 1 or len(one) * count <= library.PIECE for one in pieces)
+
+
+def test_ctrl_c_ends_it_after_the_present_piece(library, monkeypatch):
+    done, piece_of = [], library.piece_of
+
+    def interrupted(*given):
+        found = piece_of(*given)
+        done.append(len(given[-1]))
+        if len(done) == 3:
+            signal.raise_signal(signal.SIGINT)
+        return found
+
+    monkeypatch.setattr(library, "piece_of", interrupted)
+    monkeypatch.setattr(library, "PIECE", 8000)
+    with pytest.raises(KeyboardInterrupt):
+        davar.adev(np.arange(1000.0), 1.0, "all")
+    assert done == [8, 8, 8]
 
 
 @pytest.mark.parametrize(
