@@ -156,3 +156,19 @@ def test_the_output_in_the_documentation_is_the_one_of_the_command(lab, monkeypa
     command, shown = re.findall(r"```(?:sh|text)\n(.*?)\n```", text, re.DOTALL)
     done = run(*command.removeprefix("tools/davarlab ").split())
     assert done.stdout.rstrip("\n") == shown
+
+
+def test_an_axis_that_permits_no_value_says_why(lab):
+    """Whole numbers without a unit, and an axis that is dead; the others have their values."""
+    rng = np.random.default_rng(12)
+    count = int(120 * RATE)
+    columns = {"time_s": np.arange(count) / RATE}
+    columns["gyro_x_dps"] = lab_bench.noise(count, RATE, rng, 0.3, B)
+    columns["gyro_y_dps"] = np.round(lab_bench.noise(count, RATE, rng, 300.0, B))
+    columns["gyro_z_dps"] = np.zeros(count)
+    done = run("imu", lab_bench.write_csv(lab.work / "odd.csv", columns))
+    assert done.returncode == 1, done.stderr
+    assert re.search(r"gyro_x_dps +0\.(29|30)", done.stdout)
+    assert "gyro_y_dps: The recording is implausible" in done.stdout
+    assert "gyro_z_dps" in done.stdout
+    assert "hardly changes" in done.stdout

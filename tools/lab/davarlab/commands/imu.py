@@ -147,6 +147,9 @@ def of_axis(whole: Recording, column: str, bandwidth: str) -> Axis:
     found = search.of_noise(start, model, lambda text: None)
     made, estimates = improve.fitted_model(found, model)
     judgement = found.judgement
+    said = axes.in_units(words.in_ascii(verdict.adequacy(judgement)), column)
+    if judgement.spoiled_by:
+        return Axis(column, said=said)
     read = judgement.reading
     ends = None
     if read is not None:
@@ -154,9 +157,6 @@ def of_axis(whole: Recording, column: str, bandwidth: str) -> Axis:
     fits = judgement.adequate and bool(estimates[0][WHITE].number)
     if not fits and (ends is None or not ends[1]):
         return Axis(column, said=f"this recording shows no white noise. {said}")
-    said = axes.in_units(words.in_ascii(verdict.adequacy(judgement)), column)
-    if judgement.spoiled_by:
-        return Axis(column, said=said)
     return Axis(column, made, estimates, fits, said, ends)
 
 

@@ -236,12 +236,21 @@ def read(
     recordings.check_enough(count, made.missing_samples if not made.rows else 0, path, why)
     note = None if options.as_recorded else plausible.note(found.columns, made.rate_hz)
     for line in (
+        *understood(found, made, count, options.rate_hz),
         *said(found),
         *([note] if note else []),
         *(f"doubtful: {one} (or {plausible.CONFIRM})" for one in plausible.of(made)),
     ):
         told(f"{path}: {line}")
     return made
+
+
+def understood(found: Samples, made: Recording, count: int, rate_hz: float | None) -> Iterator[str]:
+    """What a log is, where its columns are not called as davarlab calls them."""
+    if any(one.name != one.column for one in found.guesses):
+        by = "--rate" if rate_hz else "its time stamps" if "time_s" in found.columns else "the log"
+        axes = ", ".join(one for one in made.columns if one.startswith(("gyro_", "accel_")))
+        yield f"{count} samples at {made.read_hz or made.rate_hz:.6g} Hz by {by}: {axes}"
 
 
 def doubts(found: Samples, rate_hz: float) -> list[str]:
