@@ -6,6 +6,7 @@ import csv
 import os
 import re
 import subprocess
+from pathlib import Path
 from types import SimpleNamespace
 
 import c_library
@@ -60,6 +61,10 @@ int main(void)
     return 0;
 }
 """
+
+
+NASTY = ("a*/b", "/*", "x */ int y; /*", "ä ö", "1x", "a-b.c", "a'b", "a\\", 'a"b', "n" * 200)
+NASTY += ("two\nlines", "*\\\n/", "??/", "\udcff", "\u202e", "%s{}")
 
 
 def any_filter(text):
@@ -306,6 +311,23 @@ def test_an_arw_that_the_device_cannot_separate_from_a_line_is_refused(lab):
         told = lab.refused(why, *export(lab, WHITE + model, "--window", 600))
         assert "the device cannot give the model's ARW" in told
     exported(lab, WHITE + sine, "--window", re.search(r"--window (\d+)", told)[1])
+
+
+@pytest.mark.parametrize("name", NASTY)
+def test_a_header_of_a_model_of_any_name_compiles(lab, name):
+    model, out = Path(f"{lab.work}/{name}.toml"), lab.work / "f.h"
+    model.parent.mkdir(parents=True, exist_ok=True)
+    model.write_text(WHITE)
+    assert run("export", model, "--to", "plan", "-o", out).returncode == 0
+    done("gcc", *FLAGS, "-fsyntax-only", "-x", "c", out)
+
+
+@pytest.mark.parametrize("column", ["a*/b", "/*", "x */ int y; /*"])
+def test_a_header_of_a_model_with_any_column_compiles(lab, column):
+    follows = f'[[effect]]\nkind = "follows"\ncoefficient = 0.1\ncolumn = "{column}"\n'
+    model, out = lab.file("m.toml", WHITE + follows), lab.work / "f.h"
+    assert run("export", model, "-o", out).returncode == 0
+    done("gcc", *FLAGS, "-fsyntax-only", "-x", "c", out)
 
 
 @pytest.mark.parametrize("percent", (3.0, 12.0))

@@ -3,13 +3,33 @@ test_planner_figures.py tests its promises.
 """
 
 import math
+import re
+import shlex
 import shutil
 import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
 from planner_case import EXAMPLE, ROOT, USUAL, gcc, printed_by, run, write
 
+NASTY = (  # names of folders
+    *(
+        "a*/b",
+        "/*",
+        "/*/",
+        "a*//b",
+        "x */ int y; /*",
+        "ä ö",
+        "1x",
+        "a-b.c",
+        "a'b",
+        "*'/",
+        "a\\",
+        'a"b',
+    ),
+    *("n" * 200, "two\nlines", "*\\\n/", "??/", "$(id)", "\udcff", "\u202e", "%s{}", "//"),
+)
 FILES = {"davar_setup.h", "davar_setup.c", "davar_setup.args", "davar_setup.cmake"}
 PROBE = (ROOT / "tests/tools/setup_probe.c").read_text()
 STRICT = ("-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-O0")
@@ -87,6 +107,22 @@ def test_the_same_wishes_write_the_same_four_files(tmp_path):
         contents.append({path.name: path.read_bytes() for path in (tmp_path / name).iterdir()})
     assert contents[0].keys() == FILES
     assert contents[0] == contents[1]
+
+
+@pytest.mark.parametrize("name", NASTY)
+def test_a_setup_in_a_folder_of_any_name_compiles(name, tmp_path, monkeypatch):
+    """Its header has the command that made it, which makes it again."""
+    monkeypatch.chdir(tmp_path)
+    words = [*USUAL.split(), "-o", f"./{name}"]
+    done = run(words)
+    assert (done.status, done.err) == (0, "")
+    done.out.encode()
+    folder = Path(f"{tmp_path}/{name}")
+    command = ("@davar_setup.args", *STRICT, "-fsyntax-only", "davar_setup.c")
+    assert gcc(folder, *command) == ""
+    made = re.search(r"tools/davar-plan (.*)", (folder / "davar_setup.h").read_text())[1]
+    if name.isprintable():
+        assert shlex.split(made) == words
 
 
 @pytest.mark.slow

@@ -117,7 +117,7 @@ def run(words: Sequence[str]) -> int:
     if command.folder is not None:
         contents = files(plan, "tools/davar-plan " + shlex.join(words), command.self_contained)
         write(Path(command.folder), contents)
-        wrote = f"{', '.join(contents)} in {command.folder}"
+        wrote = f"{', '.join(contents)} in {report.printable(command.folder)}"
     if command.json:
         print(json.dumps(report.as_json(plan) | report.simulated_as_json(found), indent=1))
     else:

@@ -269,11 +269,23 @@ def _build(plan: Plan, self_contained: bool) -> list[str]:
     ]
 
 
+def printable(text: str) -> str:
+    """In one line: other characters, and bytes that are no UTF-8, as Python writes them."""
+    return "".join(one if one.isprintable() else ascii(one)[1:-1] for one in text)
+
+
+def in_comment(command: str) -> str:
+    """A command of shlex.join in a line of a C comment, which it neither ends nor opens. In the
+    quotes around a *, the shell takes '' for nothing.
+    """
+    return printable(command).replace("*/", "*''/").replace("/*", "/''*")
+
+
 def comment(plan: Plan, command: str, self_contained: bool = False) -> list[str]:
     """The comment at the top of davar_setup.h."""
     return [
         "",
-        f"    {command}",
+        f"    {in_comment(command)}",
         "",
         *lines(plan),
         "",

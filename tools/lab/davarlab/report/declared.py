@@ -25,6 +25,7 @@ from ..inference.parts import part_of, spectrum_of
 from ..model import Model, Term, rate_of
 from ..thresholds import CHANCE
 from .export import noise_variance
+from .words import in_c_comment
 
 SHEET_PERCENT = 10.0  # of a cutoff without a recording, as davar-sim has it
 LEAST_PERCENT = 1.0
@@ -516,7 +517,7 @@ def comment(found: Declared, notes: list[str]) -> list[str]:
     bandwidth = f"--bandwidth {found.bandwidth}"
     cut = found.sizes != found.octaves
     said = [
-        *(line for note in notes for line in textwrap.wrap(note.replace("*/", "* /"), WIDTH)),
+        *(line for note in notes for line in textwrap.wrap(in_c_comment(note), WIDTH)),
         "",
         "    const davar_filter_t filter = davar_gyro_filter();",
         "    davar_plan_init_filtered(&plan, davar_gyro_taus, DAVAR_GYRO_TAU_COUNT, &filter);",

@@ -12,6 +12,7 @@ from ..errors import BadInput
 from ..inference import allan
 from ..inference.parts import part_of, spectrum_of
 from ..model import Model, as_said, is_accel, kind_said, rate_of
+from .words import in_c_comment
 
 DEVICE_ROLES, DEVICE_KINDS = ("spectrum", "states", "filter"), ("rate_ramp", "sinusoid")
 
@@ -103,7 +104,7 @@ def c_text(table: Table) -> str:
         "davar_monitor_init.",
         " *",
     ]
-    lines += [f" *   {line}" for line in description(table)]
+    lines += [f" *   {in_c_comment(line)}" for line in description(table)]
     lines += [
         " *",
         f" * Rate {table.model.rate_hz:g} Hz. relative_tolerance: one standard deviation of the "

@@ -11,6 +11,7 @@ from ..diagnosis.improve import Estimates
 from ..effects import table
 from ..effects.base import Parameter
 from ..effects.means import COURSE_LEAST
+from ..errors import printable
 from ..inference.estimate import Estimate
 from ..thresholds import CHANCE
 
@@ -227,6 +228,11 @@ def gap_note(recording: Recording) -> str | None:
         f"The recording has {len(recording.gaps)} gaps with {missing} missing "
         "samples. No Allan deviation spans a gap, so long averaging times use less data."
     )
+
+
+def in_c_comment(text: str) -> str:
+    """A text of somebody, such as a file name, that a comment in C can hold in one line."""
+    return printable(text).replace("*/", "* /").replace("/*", "/ *")
 
 
 def in_ascii(text: str) -> str:
