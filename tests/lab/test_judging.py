@@ -332,7 +332,7 @@ def test_a_part_by_chance_goes_if_the_error_rises_by_the_slack_at_most(
 def test_an_error_that_rose_by_chance_is_accepted(before, after, certain, accepted):
     """The floor is 0.05. certain: no chance explains what the last model has more."""
     given, last = (judge.Judgement(*one, 0.05, 0.5, None, 1.0) for one in (before, after))
-    assert improving.by_chance(last, given, certain) is accepted
+    assert improving.rise_is_chance(last, given, certain) is accepted
 
 
 def test_the_error_of_a_true_model_is_near_its_floor():

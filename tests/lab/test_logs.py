@@ -732,7 +732,7 @@ TICKS = {  # (text above, name of the time, stamps at 100 Hz, or as they say)
     "by Xsens": ("// Update Rate: 100.0Hz\n", "SampleTimeFine", STEPS * 100),
     "by Xsens alone": ("", "SampleTimeFine", STEPS * 100),
     "update rate": ("// Update Rate:    100.0Hz\n", "stamp", STEPS * 100),
-    "sample rate": ("# sample rate 100 Hz\n", "stamp", STEPS * 1000),
+    "sample rate": ("# sample rate 100 Hz\n", "stamp", STEPS * 100),
     "fs": ("# fs = 100\n", "stamp", STEPS * 100),
     "before the table": ("Sampling frequency,0.1 kHz,,\n", "stamp", STEPS * 100),
     "of several": ("# gyro ODR: 100\n# GNSS rate 5 Hz\n", "stamp", STEPS * 100_000),
@@ -764,6 +764,10 @@ DOUBTED = {  # (text above, stamps, words of the doubt, options that give 100 Hz
     "a factor": ("", STEPS * 100, "10000 Hz in us", ("--unit", "t=1e-4")),
     "10 us": ("", STEPS * 100, "1000 Hz in 10us", ("--rate", "100")),
     "100 ns": ("", STEPS * 100_000, "100 Hz in 100ns", ("--unit", "time=100ns")),
+    "a usual rate": (
+        "# Gyro ODR: 1000 Hz\n",
+        *(STEPS * 10, "1000 Hz is stated", ("--unit", "time=ms")),
+    ),
     "another rate": ("# fs = 400\n", STEPS * 10, "400 Hz is stated", ("--unit", "time=ms")),
 }
 

@@ -131,3 +131,28 @@ def test_a_unit_in_doubt_is_no_verdict_and_no_recording(lab):
     assert "implausible" in said
     assert "--unit gyro=rad/s" in said
     assert "implausible" not in told("fit", path, "--unit", "gyro=rad/s")
+
+
+CALM = {  # what gives no evidence, or two kinds that contradict each other
+    "an accelerometer in m/s^2 beside a quiet gyro in deg/s": (1.0, {"metric": True}),
+    "a sway in rad/s": (DEG, {"sway_dps": 1.2}),
+    "a sway in deg/s": (1.0, {"sway_dps": 60.0}),
+    "a noise that both units allow, one axis dead": (DEG, {"dead": True, "arw": 2.2}),
+}
+
+
+@pytest.mark.parametrize("name", CALM)
+def test_what_is_no_evidence_leaves_a_doubt(name):
+    """Or the right unit: never the other one."""
+    factor, how = CALM[name]
+    for seed in range(3):
+        gyro = at_rest(seed, how.get("arw", 0.42), 100.0)
+        time = np.arange(gyro.shape[1]) / 100.0
+        gyro = gyro + how.get("sway_dps", 0.0) * np.sin(2 * np.pi * 0.1 * time)
+        if how.get("dead"):
+            gyro[2] = 0.0
+        still = np.array([[0.1], [-0.2], [9.8]]) + 0.02 * np.random.default_rng(seed).normal(
+            size=gyro.shape
+        )
+        found, _ = guessed(100.0, gyro * factor, still if how.get("metric") else None)
+        assert found.doubt or found.unit == ("deg/s" if factor == 1.0 else "rad/s"), found

@@ -132,7 +132,7 @@ def fit_one(options: argparse.Namespace) -> One:
         said = [verdict.adequacy(state.judgement), *verdict.to_find(state.judgement)]
         write(axes.called(fitted, column), output, said)
     data = {
-        "effects": values.fitted(fitted, entries),
+        "effects": values.fitted(fitted, entries, state.judgement.adequate),
         "model": output,
         **values.judgement(state.judgement),
         "observations": values.observations(state.seen),

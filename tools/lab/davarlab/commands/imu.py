@@ -17,7 +17,6 @@ import numpy as np
 
 from .. import axes, files, places
 from .. import model as models
-from ..data import recording as recordings
 from ..data import signals
 from ..data.recording import Recording
 from ..diagnosis import fitting, improve, search
@@ -25,9 +24,11 @@ from ..diagnosis.improve import Estimates
 from ..effects import table
 from ..errors import BadInput, Moving
 from ..inference.estimate import Estimate
+from ..inference.reading import Reading
 from ..model import Model
 from ..report import parameters, verdict, words
 from ..report.parameters import Noise, Parameter
+from ..thresholds import CHANCE, READING
 from . import option_types
 from .shared import LOG, REC, Command, argument, emit, progress, recorded
 
@@ -36,6 +37,7 @@ DATA = "json"  # of --to: what --json prints
 SIMULATOR = "DAVAR_SIM"  # environment variable with the path of davar-sim
 STRIDE_S = 0.5  # between two windows of a flight
 RAD = 180 / math.pi
+WALK = "rate_random_walk"
 WHITE = "coefficient_deg_per_sqrt_h"  # of angle random walk, the first effect of a model
 FAMILIAR = {
     "gyro": (
@@ -53,6 +55,9 @@ FAMILIAR = {
 }
 
 
+Value = tuple[float, float | None, float | None]  # with its 95 % interval, where it has one
+
+
 @dataclass
 class Axis:
     """One axis. model, estimates: of the analysis at rest, None where it moves; fits: the verdict
@@ -64,15 +69,12 @@ class Axis:
     estimates: Sequence[Estimates] = ()
     fits: bool = False
     said: str = ""
-    reading: tuple[float, float] | None = None
+    reading: Value | None = None
     floor: Sequence[float] = ()
 
     @property
     def quantity(self) -> str:
         return self.column.split("_")[0]
-
-
-Value = tuple[float, float | None, float | None]  # with its 95 % interval, where it has one
 
 
 def at_end(axis: Axis, end: str) -> Model:
@@ -95,18 +97,33 @@ def read_off(axis: Axis, kind: str, one: Estimate) -> Estimate:
     """A size of a model that fails."""
     if kind != "angle_random_walk" or axis.reading is None:
         return Estimate(one.value)
-    low, high = axis.reading
-    value = one.number if low <= one.number <= high and one.number else (low + high) / 2
-    return Estimate(value, low, high)
+    value, low, high = axis.reading
+    assert low is not None and high is not None
+    inside = low <= one.number <= high and one.number
+    return Estimate(one.number if inside else value, low, high)
 
 
 def noises(axis: Axis, bias_time_s: float) -> tuple[Noise, Noise, Noise]:
-    """(at the lower ends, estimated, at the upper ends)."""
-    low, value, high = (
-        parameters.noise_of(at_end(axis, end), axis.column, bias_time_s)
-        for end in ("low", "value", "high")
+    """(at the lower ends, estimated, at the upper ends). The random walk is that of one effect at
+    all three."""
+    middle = parameters.noise_of(at_end(axis, "value"), axis.column, bias_time_s)
+    low, high = (without_walk(at_end(axis, end), middle) for end in ("low", "high"))
+    return (
+        replaced(parameters.noise_of(low, axis.column, bias_time_s), middle),
+        middle,
+        replaced(parameters.noise_of(high, axis.column, bias_time_s), middle),
     )
-    return low, value, high
+
+
+def without_walk(model: Model, middle: Noise) -> Model:
+    """A model whose random walk comes from another effect, as that of the estimate does."""
+    kept = [term for term in model.terms if term.kind != WALK or middle.walk_from == WALK]
+    return replace(model, terms=kept)
+
+
+def replaced(end: Noise, middle: Noise) -> Noise:
+    """An end at which the effect of the random walk is 0."""
+    return end if end.walk_from == middle.walk_from else replace(end, walk=0.0)
 
 
 def value_of(parameter: Parameter, axis: Axis, bias_time_s: float) -> Value:
@@ -150,14 +167,20 @@ def of_axis(whole: Recording, column: str, bandwidth: str) -> Axis:
     said = axes.in_units(words.in_ascii(verdict.adequacy(judgement)), column)
     if judgement.spoiled_by:
         return Axis(column, said=said)
-    read = judgement.reading
-    ends = None
-    if read is not None:
-        ends = min(read.deviation[1], read.density[1]), max(read.deviation[2], read.density[2])
+    read = at_95(judgement.reading) if judgement.reading else None
     fits = judgement.adequate and bool(estimates[0][WHITE].number)
-    if not fits and (ends is None or not ends[1]):
+    if not fits and (read is None or not read[0]):
         return Axis(column, said=f"this recording shows no white noise. {said}")
-    return Axis(column, made, estimates, fits, said, ends)
+    return Axis(column, made, estimates, fits, said, read)
+
+
+def at_95(reading: Reading) -> Value:
+    """The mean of the two readings, and the ends of their 95 % intervals together."""
+    both = (reading.deviation, reading.density)
+    share = CHANCE.normal_95 / READING.errors
+    low = min(value - share * (value - below) for value, below, _ in both)
+    high = max(value + share * (above - value) for value, _, above in both)
+    return (both[0][0] + both[1][0]) / 2, low, high
 
 
 def flown(recording: Recording, column: str, bandwidth: str) -> list[float]:
@@ -165,12 +188,14 @@ def flown(recording: Recording, column: str, bandwidth: str) -> list[float]:
     program = os.environ.get(SIMULATOR) or places.shared("build/tools/host_sim/davar-sim")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "flight.csv"
-        recordings.write(recording, path)
+        there = slice(None) if recording.known is None else recording.known
+        rows = np.column_stack([recording.time_s, recording.columns[column]])[there]
+        np.savetxt(path, rows, "%.9f", ",", header=f"time_s,{column}", comments="")
         stride = max(1, round(STRIDE_S * recording.rate_hz))
-        words = ["--floor", "--bandwidth", bandwidth, "--stride", str(stride)]
+        typed = ["--floor", "--bandwidth", bandwidth, "--stride", str(stride)]
         try:
             done = subprocess.run(
-                [str(program), str(path), "--column", column, *words],
+                [str(program), str(path), "--column", column, *typed],
                 capture_output=True,
                 text=True,
                 check=False,
@@ -181,12 +206,13 @@ def flown(recording: Recording, column: str, bandwidth: str) -> list[float]:
                 f"(set {SIMULATOR} to the path of davar-sim)"
             ) from None
     if done.returncode:
-        raise BadInput(done.stderr.strip().splitlines()[-1])
-    rows = csv.DictReader(io.StringIO(done.stdout))
-    return [float(row["floor_deg_per_sqrt_h"]) for row in rows if row["floor_why"] == "0"]
+        lines = done.stderr.strip().splitlines() or [f"exit status {done.returncode}"]
+        raise BadInput(f"davar-sim, of {column}: {lines[-1]}")
+    found = csv.DictReader(io.StringIO(done.stdout))
+    return [float(row["floor_deg_per_sqrt_h"]) for row in found if row["floor_why"] == "0"]
 
 
-def columns(found: Sequence[Axis], quantity: str, target: str) -> list[Parameter]:
+def columns(quantity: str, target: str) -> list[Parameter]:
     """What the table has of a sensor: the usual numbers, then those of the target in its units."""
     form = parameters.FORMATS.get(target, parameters.FORMATS[DEFAULT])
     return [
@@ -200,7 +226,7 @@ def rows(
 ) -> tuple[list[Parameter], dict[str, list[Value]]]:
     """(parameters, axis -> their values), with all axes pooled."""
     own = [one for one in found if one.quantity == quantity and one.model is not None]
-    head = columns(found, quantity, target)
+    head = columns(quantity, target)
     out = {one.column: [value_of(each, one, bias_time_s) for each in head] for one in own}
     if len(own) > 1:
         out["pooled"] = [pooled([out[one.column][i] for one in own]) for i in range(len(head))]
@@ -333,22 +359,12 @@ def output_of(options: argparse.Namespace) -> str | None:
     yet."""
     if not options.to or options.output:
         return str(options.output) if options.output else None
-    name = Path(options.recording).name.split(".")[0]
-    path = f"{name}_{options.to}{ENDINGS.get(options.to, '.yaml')}"
+    name = Path(Path(options.recording).name.removesuffix(".gz")).stem
+    ending = parameters.FORMATS[options.to].ending if options.to != DATA else ".json"
+    path = f"{name}_{options.to}{ending}"
     if os.path.exists(path):
         raise BadInput(f"{path}: exists already. Type -o FILE")
     return path
-
-
-ENDINGS = {
-    "px4": ".params",
-    "ardupilot": ".param",
-    "betaflight": ".txt",
-    "gtsam": ".py",
-    "matlab": ".m",
-    "basalt": ".jsonc",
-    DATA: ".json",
-}
 
 
 def run_imu(options: argparse.Namespace) -> int:
@@ -380,7 +396,9 @@ def run_imu(options: argparse.Namespace) -> int:
         write(options, found, output, data)
         lines.append(f"\n{output}")
     emit(options, {**data, "file": output}, "\n".join(lines))
-    return 0 if all(one.fits or one.floor for one in found) else 1
+    flies = any(one.floor for one in found)
+    wanted = [one for one in found if not (flies and one.quantity == "accel")]
+    return 0 if all(one.fits or one.floor for one in wanted) else 1
 
 
 def write(options: argparse.Namespace, found: Sequence[Axis], output: str, data: Any) -> None:
@@ -404,8 +422,8 @@ def write(options: argparse.Namespace, found: Sequence[Axis], output: str, data:
 COMMANDS: dict[str, Command] = {
     "imu": (
         run_imu,
-        "measures what a filter wants to know of every gyro and accelerometer of a log: noise "
-        "density, random walk and bias instability",
+        "measures the noise parameters of every gyro and accelerometer of a log: noise density, "
+        "random walk and bias instability",
         [
             REC,
             argument(

@@ -59,6 +59,7 @@ WORDS = {
 # Median norm of an accelerometer without gravity, in m/s^2 or g.
 LINEAR = 0.5
 ARW_LEAST_S = 20.0
+ARW_TAUS_S, ARW_AGREES = (1.0, 2.0, 4.0), 2.0  # of white noise, the same within this factor
 HALF_OF_NORMAL = 0.6745  # of a standard deviation: the median of the magnitude
 # Means over so many seconds; turned in all at least by so much; squared correlation at least.
 GRAVITY_S, TURNED_RAD, GRAVITY_AGREES = 0.25, 1.0, 0.5
@@ -323,7 +324,8 @@ def of_time(name: str, values: Floats, rates: Sequence[float]) -> Guess:
         unit, by = next(stated, usual), "by the documentation of Xsens"
     elif rates and step > 0:
         fitting = [one for rate in rates for one in SECONDS if agrees(one, values, rate)]
-        if not fitting:
+        usual_hz = USUAL_HZ[0] <= 1 / (step * SECONDS[unit]) <= USUAL_HZ[1]
+        if not fitting or usual_hz and unit not in fitting:
             doubt = contradicted(step, unit, rates[0])
         elif unit not in fitting:
             unit = fitting[0]
@@ -334,11 +336,10 @@ def of_time(name: str, values: Floats, rates: Sequence[float]) -> Guess:
 
 
 def contradicted(step: float, unit: str, rate_hz: float) -> str:
-    """What is doubtful about stamps that have a stated rate in no unit."""
+    """What is doubtful about stamps that have a stated rate in no usual unit."""
     return (
         f"a rate of {rate_hz:g} Hz is stated, but the time stamps are {step:.6g} apart, which is "
-        f"this rate in no unit ({1 / (step * SECONDS[unit]):.5g} Hz in {unit}). Use --unit "
-        "time=UNIT"
+        f"{1 / (step * SECONDS[unit]):.5g} Hz in {unit}. Use --unit time=UNIT"
     )
 
 
@@ -429,25 +430,28 @@ def unit_by_evidence(found: list[Guess], columns: Mapping[str, npt.NDArray[Any]]
     ]
     if not unsaid:
         return
+    live = [one for one in unsaid if scatter_of(columns[one.name]) > 0] or unsaid
     unit, how = by_gravity(unsaid, found, columns)
-    if not unit and any(one.quantity == "accel" and one.unit == "m/s^2" for one in found):
+    arw = arw_of(live, found, columns)
+    able = [one for one in ("deg/s", "rad/s") if arw and ARW[0] < arw * RATES[one] < ARW[1]]
+    metric = any(one.quantity == "accel" and one.unit == "m/s^2" for one in found)
+    if not unit and metric and (arw is None or "rad/s" in able):
         unit, how = "rad/s", "the accelerometer in m/s^2 beside it"
-    arw = arw_of(unsaid, found, columns)
-    able = [one for one in ("deg/s", "rad/s") if ARW[0] < arw * RATES[one] < ARW[1]]
-    if not unit and len(able) == 1:
-        unit, how = able[0], f"its noise of {arw * RATES[able[0]]:.2g} deg/sqrt(h)"
-    scatter = min(scatter_of(columns[one.name]) for one in unsaid)
-    if not arw and not SCATTER[0] < scatter < SCATTER[1]:
-        unit = unit or unsaid[0].unit
+    elif not unit and not metric and len(able) == 1:
+        unit, how = able[0], f"its noise of {(arw or 0) * RATES[able[0]]:.2g} deg/sqrt(h)"
+    quiet = min(live, key=lambda one: scatter_of(columns[one.name]))
+    scatter = scatter_of(columns[quiet.name])
+    if not unit and arw is None and not SCATTER[0] < scatter < SCATTER[1]:
+        unit = quiet.unit
     for one in unsaid:
-        one.unit, one.by = unit or one.unit, f"by {how}" * bool(how)
+        one.unit, one.by = unit or quiet.unit, f"by {how}" * bool(how)
         one.factor = RATES[one.unit]
         if not unit:
             said = (
                 f"in deg/s, its angle random walk would be {arw:.2g} deg/sqrt(h), in rad/s "
                 f"{arw * RATES['rad/s']:.2g}"
                 if arw
-                else "nothing tells it"
+                else "the record has no evidence for one"
             )
             one.doubt = (
                 f"the unit of the gyro is not known ({said}). Use --unit gyro=rad/s or --unit "
@@ -461,25 +465,32 @@ def scatter_of(values: npt.NDArray[Any]) -> float:
 
 def arw_of(
     gyros: list[Guess], found: list[Guess], columns: Mapping[str, npt.NDArray[Any]]
-) -> float:
+) -> float | None:
     """The quietest axis's angle random walk in deg/sqrt(h) if it is in deg/s, from the usual
-    difference of neighbouring means over 1 s, which no filter of the sensor takes away; 0 without a
-    time, or below 20 s."""
+    difference of neighbouring means over 1 s, which no filter of the sensor takes away. None
+    without a time, or below 20 s; 0 where means over 2 and 4 s do not agree: it is no white noise,
+    but motion."""
     time = next((one for one in found if one.quantity == "time"), None)
     if time is None:
-        return 0.0
+        return None
     seconds = np.asarray(columns[time.name], float) * time.factor
     span = float(seconds[-1] - seconds[0])
     if not span > ARW_LEAST_S:
-        return 0.0
-    together = max(1, round(len(seconds) / span))
-    count = len(seconds) // together
-    means = [
-        np.asarray(columns[one.name], float)[: count * together].reshape(count, -1).mean(axis=1)
-        for one in gyros
+        return None
+    usual = [
+        min(usual_step(np.asarray(columns[one.name], float), span, tau_s) for one in gyros)
+        for tau_s in ARW_TAUS_S
     ]
-    usual = min(float(np.median(np.abs(np.diff(one)))) / HALF_OF_NORMAL for one in means)
-    return 60 * usual / float(np.sqrt(2)) * float(np.sqrt(span / count))
+    return usual[0] if max(usual) < ARW_AGREES * min(usual) else 0.0
+
+
+def usual_step(x: Floats, span_s: float, tau_s: float) -> float:
+    """60 sqrt(tau) times the Allan deviation, from the median of the differences of means."""
+    together = max(1, round(len(x) * tau_s / span_s))
+    count = len(x) // together
+    means = x[: count * together].reshape(count, together).mean(axis=1)
+    usual = float(np.median(np.abs(np.diff(means)))) / HALF_OF_NORMAL
+    return 60 * usual / float(np.sqrt(2)) * float(np.sqrt(span_s / count))
 
 
 def by_gravity(

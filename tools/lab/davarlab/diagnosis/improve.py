@@ -295,9 +295,10 @@ def beside_the_file(
     return (state, whole, as_it_is(model) + entries[count:]) if better else None
 
 
-def by_chance(last: Judgement, given: Judgement, certain: bool) -> bool:
-    """Has the error risen by no more than chance, while the record contradicts the given model and
-    not the last one. certain: no chance explains what the last one has more."""
+def rise_is_chance(last: Judgement, given: Judgement, certain: bool) -> bool:
+    """Has the error risen by no more than chance: while the record contradicts the given model and
+    not the last one; or below the floor, if no chance explains what the last one has more
+    (certain)."""
     if last.adequacy == "statistical" != given.adequacy:
         least = given.error + SEARCH.slack * last.floor
         return last.error <= max(least, CHANCE.above_floor * last.floor)
@@ -308,11 +309,11 @@ def final_of(
     last: Judged, given: Judged, model: Model, added: int, certain: bool
 ) -> tuple[Judged | None, Model, list[Estimates]]:
     """(state, model, estimates) of the last model, or of what is left of it where its error has
-    risen; the state is None where nothing is. certain: see by_chance."""
+    risen; the state is None where nothing is. certain: see rise_is_chance."""
     if not last.judgement.error > given.judgement.error:
         return last, *fitted_model(last, model)
     beside = beside_the_file(last, given, model, added)
-    if beside is None and by_chance(last.judgement, given.judgement, certain):
+    if beside is None and rise_is_chance(last.judgement, given.judgement, certain):
         return last, *fitted_model(last, model)
     return beside or (None, model, as_it_is(model))
 
@@ -338,7 +339,7 @@ def number_added(found: Diagnosis, state: Judged) -> int:
 
 def against_final(found: Diagnosis, added: Sequence[str]) -> list[Lacking]:
     """What speaks against a final model with these of the effects that the search added."""
-    dropped = set(found.added) - set(added)
+    dropped = set(found.added[len(added) :])
     return found.against + evidence.contradicting(
         one for one in found.ranking if one.kind in dropped
     )
@@ -371,7 +372,9 @@ def improved(
         steps.append(step)
     reached = found.states[len(steps) - 1]
     count = number_added(found, reached)
-    certain = any(one.kind in found.added and one.gain > SEARCH.certain for one in found.ranking)
+    certain = any(
+        one.kind in found.added[:count] and one.gain > SEARCH.certain for one in found.ranking
+    )
     last, final, entries = final_of(reached, given, model, 0 if held_out else count, certain)
     if last is not reached:  # the file's sizes do better than the likeliest ones: they stay
         steps = (

@@ -149,4 +149,9 @@ def meaning(text: str) -> tuple[bool, str, float]:
     kind = KINDS.get((unit.s + accel, unit.hz))
     if kind is None or not (accel or (unit.deg, unit.m) == (ONE, ZERO)):
         raise BadInput(f"'{text}' is not a unit of a random walk or a bias instability")
+    if kind == "bias_instability" and re.search(r"\brms\b", text, re.I) and "h" not in plain(text):
+        raise BadInput(
+            f"'{text}' is the noise of all frequencies together. Divide it by the root of its "
+            "bandwidth in Hz (1.57 times the cutoff of one pole, 1.11 of two), and type it per √Hz"
+        )
     return accel, kind, unit.size

@@ -72,11 +72,13 @@ def added_variance(recording: Recording, shape: Values, blocks: Blocks) -> Float
 def own_variance(recording: Recording, part: Part, blocks: Blocks) -> Floats:
     """The mean square over each block of what an effect of one's own says, worked out once."""
     key = ("own noise", part.key, blocks.length)
-    if key not in recording.measured:
-        deviation = needed(part.effect.variants.get(part.form, part.effect.regressor))
-        recording.measured[key] = block_means(deviation(recording, part.shape) ** 2, blocks)
-    found: Floats = recording.measured[key]
-    return found
+    deviation = needed(part.effect.variants.get(part.form, part.effect.regressor))
+    code, found = recording.measured.get(key, (None, None))
+    if code is not deviation:  # its author may have changed it
+        found = block_means(deviation(recording, part.shape) ** 2, blocks)
+        recording.measured[key] = deviation, found
+    course: Floats = found
+    return course
 
 
 def block_means(x: Floats, blocks: Blocks) -> Floats:

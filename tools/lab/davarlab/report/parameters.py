@@ -49,7 +49,8 @@ class Parameter:
 class Format:
     """what: for --help. comment: the start of a comment. line(name, values): an assignment.
     around(lines, noises): the lines of the file, made from these assignments. inflate: the reason
-    for or against numbers larger than measured. source: the origin of the formulas."""
+    for or against numbers larger than measured. source: the origin of the formulas. ending: of
+    the name of the file."""
 
     what: str
     comment: str
@@ -58,6 +59,7 @@ class Format:
     source: str
     inflate: str
     around: Callable[[Sequence[str], Sequence[Noise]], Sequence[str]] = lambda lines, noises: lines
+    ending: str = ".yaml"
 
 
 def sized(model: Model, kind: str) -> float:
@@ -307,6 +309,7 @@ FORMATS = {
         "MEMS gyro on purpose. They also cover vibration, aliasing, scale and alignment errors of "
         "a flying vehicle. EKF2 accepts no value below 0.0001 rad/s. Use the numbers here as a "
         "lower bound. Go below the defaults only if the innovations of a flight allow it.",
+        ending=".params",
     ),
     "ardupilot": Format(
         "ArduPilot EKF3 (.param)",
@@ -351,6 +354,7 @@ FORMATS = {
         "EKF_TARGET_DT",
         "The defaults, 0.015 rad/s and 0.001 rad/s^2 on copters, also cover vibration, aliasing "
         "and scale errors in flight. Use the numbers here as a lower bound.",
+        ending=".param",
     ),
     "ros": Format(
         "covariances of ROS sensor_msgs/Imu",
@@ -403,6 +407,7 @@ FORMATS = {
         "covariances",
         "Not inflated. Under strong motion, scale and alignment errors of the IMU dominate, and "
         "they are not white noise. Users often approximate them with 3 to 10 times N.",
+        ending=".py",
     ),
     "basalt": Format(
         "Basalt calibration (members of value0)",
@@ -427,6 +432,7 @@ FORMATS = {
         "Not inflated: the estimator weights the IMU against the camera by these values alone. To "
         "cover vibration or scale errors of a moving IMU, increase N, not K.",
         lambda lines, noises: [*lines, f'"imu_update_rate": {noises[0].rate_hz:g}'],
+        ending=".jsonc",
     ),
     "vins": Format(
         "VINS-Mono and VINS-Fusion (config yaml)",
@@ -480,6 +486,7 @@ FORMATS = {
         lambda name, values: f"# {name}, deg/s/sqrt(Hz): {listed(values)}",
         "Betaflight, src/main/flight/imu.c: no noise density",
         "Not inflated. In flight, the rotors dominate: give imu the blackbox log.",
+        ending=".txt",
     ),
     "matlab": Format(
         "MATLAB gyroparams and accelparams (.m)",
@@ -519,6 +526,7 @@ FORMATS = {
         "MathWorks, gyroparams and imuSensor",
         "Not inflated: a simulation must behave like the sensor.",
         matlab_around,
+        ending=".m",
     ),
 }
 

@@ -70,7 +70,7 @@ def fit(
     if not judgement.adequate and not judgement.spoiled_by:
         lines.append(verdicts.NOT_VALID)
     lines += [default] * bool(default)
-    lines += verdicts.superfluous(model.kinds, entries)
+    lines += verdicts.superfluous(model.kinds, as_shown(entries, judgement.adequate))
     return "\n".join(lines) + "\n\n" + estimates(model, as_shown(entries, judgement.adequate))
 
 
@@ -167,5 +167,5 @@ def improvement(found: Improvement) -> str:
     top = "\n".join([steps(found), *observed(found.comparison.observations), *found.notes])
     shown = as_shown(found.estimates, found.judgement.adequate)
     hint = [] if found.judgement.adequate else [verdicts.NOT_VALID]
-    hint += verdicts.superfluous(found.model.kinds, found.estimates)
+    hint += verdicts.superfluous(found.model.kinds, shown)
     return "\n\n".join([top, verdict(found), *hint, estimates(found.model, shown)])

@@ -35,12 +35,12 @@ def estimates(entries: Estimates) -> Json:
     }
 
 
-def fitted(model: Model, entries: Sequence[Estimates]) -> list[Json]:
+def fitted(model: Model, entries: Sequence[Estimates], adequate: bool) -> list[Json]:
     return [
         {
             "kind": term.kind,
             "parameters": estimates(entry),
-            "superfluous": superfluous(term.kind, entry),
+            "superfluous": adequate and superfluous(term.kind, entry),
         }
         for term, entry in zip(model.terms, entries)
     ]
@@ -156,7 +156,7 @@ def diagnosis(found: Improvement) -> Json:
         "steps": [vars(step) for step in found.steps],
         "refitted": found.refitted and vars(found.refitted),
         "notes": found.notes,
-        "fitted": fitted(found.model, found.estimates),
+        "fitted": fitted(found.model, found.estimates, found.judgement.adequate),
         "p_value_after": found.judgement.p_value,
         "candidates": [
             {
@@ -182,5 +182,5 @@ def improvement(found: Improvement, output: str | None) -> Json:
         "observations": observed(found),
         "notes": found.notes,
         "model": output,
-        "fitted": fitted(found.model, found.estimates),
+        "fitted": fitted(found.model, found.estimates, found.judgement.adequate),
     }

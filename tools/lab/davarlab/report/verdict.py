@@ -239,25 +239,30 @@ def superfluous(kinds: Sequence[str], entries: Sequence[Entry]) -> list[str]:
         return []
     which = "them" if len(found) > 1 else "it"
     return [
-        f"{capital(listed(found))} may be absent: the 95 % interval contains this. Remove {which} "
-        "from the model file and fit again."
+        f"{capital(listed(found))} may be absent, as the 95 % interval shows. Remove {which} from "
+        "the model file and fit again."
     ]
 
 
 def misread(reading: Reading) -> str:
-    """By how much the record contradicts the angle random walk of a model."""
+    """By how much the record contradicts the angle random walk of a model, and what to try."""
     least = words.factor(float(np.exp(abs(reading.off))))
-    far = (
-        "more than 1000 times as much angle random walk as the model"
-        if reading.ratio > 1000
-        else f"{words.factor(reading.ratio)} times the angle random walk of the model (a factor of "
-        f"at least {least} with {CONFIDENCE})"
+    away = max(reading.ratio, 1 / max(reading.ratio, 1e-9))
+    far = f"{words.factor(away)} times" if away < 1000 else "more than 1000 times"
+    more = reading.off > 0
+    cause = (
+        "An effect with the same spectrum there takes its place, such as a narrow band or short "
+        "Gauss-Markov noise. Remove it, or add the filter of the sensor."
+        if more
+        else "The model has noise there that the recording does not have. Fit it, or remove the "
+        "filter that is in front of its white noise."
     )
     return (
-        f"The recording has {far}: so say its Allan deviation at 1 s and its density from "
-        f"{READING.low_hz:g} to {READING.high_hz:g} Hz, both without the lines of the model. An "
-        "effect with the same spectrum there takes its place, such as a narrow band or short "
-        "Gauss-Markov noise. Remove it, or add the filter of the sensor."
+        f"The {'recording' if more else 'model'} has {far} the angle random walk of the "
+        f"{'model' if more else 'recording'} (a factor of at least {least} with {CONFIDENCE}), as "
+        "the Allan deviation around 1 s and the density from "
+        f"{READING.low_hz:g} to {READING.high_hz:g} Hz show, both without the lines of the model. "
+        f"{cause}"
     )
 
 

@@ -129,7 +129,7 @@ def card(outcome: Outcome, place: int, taken: tuple[float, float] | None) -> Jso
         ]
         if outcome.state.judgement.spoiled_by
         else rows,
-        "superfluous": superfluous(term.kind, entry) and not outcome.state.judgement.spoiled_by,
+        "superfluous": outcome.state.judgement.adequate and superfluous(term.kind, entry),
         "loss": taken and taken[0],
         "error_without": taken and taken[1],
     }
