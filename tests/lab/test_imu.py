@@ -88,6 +88,45 @@ def test_every_target_has_its_units_and_its_file(imu, lab, target):
         assert set(yaml.safe_load(out.read_text())["imu0"]) > {"gyroscope_noise_density"}
 
 
+def test_a_random_walk_that_is_converted_has_no_interval(imu):
+    """And one that an hour shows has, with the true value in most of them."""
+    told = found(imu)["axes"]["gyro_z_dps"]["gyroscope_random_walk [rad/s^2/sqrt(Hz)]"]
+    assert told["value"] > 0
+    assert told["low"] is None
+    said = run("imu", imu).stdout
+    assert "gyroscope_random_walk and accelerometer_random_walk without interval" in said
+
+
+def test_a_random_walk_that_shows_has_an_interval(lab):
+    rng = np.random.default_rng(5)
+    count, true = int(3600 * 20), 3e-4  # deg/s/sqrt(s)
+    inside = 0
+    columns = {"time_s": np.arange(count) / 20.0}
+    for axis in "xyz":
+        walk = true / np.sqrt(20.0) * np.cumsum(rng.standard_normal(count))
+        columns[f"gyro_{axis}_dps"] = lab_bench.noise(count, 20.0, rng, 0.2, 0.1) + walk
+    told = found(lab_bench.write_csv(lab.work / "walk.csv", columns))["axes"]
+    for axis in "xyz":
+        one = told[f"gyro_{axis}_dps"]["gyroscope_random_walk [rad/s^2/sqrt(Hz)]"]
+        inside += one["low"] is not None and one["low"] < true * RAD < one["high"]
+    assert inside >= 2
+
+
+def test_picks_of_a_fast_sensor_are_upper_limits(lab):
+    rng = np.random.default_rng(6)
+    columns = {"time_s": np.arange(3000.0), "gyro_z_dps": 0.05 * rng.standard_normal(3000)}
+    said = run("imu", lab_bench.write_csv(lab.work / "picks.csv", columns)).stdout
+    assert "Rate: at 1 Hz" in said
+
+
+def test_noise_that_no_sensor_at_rest_has_is_motion(lab):
+    rng = np.random.default_rng(7)
+    columns = {"time_s": np.arange(12000) / 100.0}
+    columns["gyro_z_dps"] = 30.0 / 60 * 10 * rng.standard_normal(12000)
+    said = run("imu", lab_bench.write_csv(lab.work / "loud.csv", columns)).stdout
+    assert "no value at rest: an angle random walk of " in said
+
+
 def test_what_a_value_at_rest_does_not_say_is_said(imu):
     said = run("imu", imu).stdout
     for word in ("Motion: ", "Vibration: ", "Temperature: not recorded", "Filter: none"):

@@ -676,6 +676,22 @@ def test_a_guess_by_the_name_of_the_file_is_said_and_its_columns_keep_their_name
     assert "rad/s by the documentation of PX4" in said
 
 
+OTHERWISE = {  # names that are nearly those of davarlab
+    "gx beside time_s": "time_s,gx_dps,gy_dps,gz_dps",
+    "sec and nanosec": "sec,nanosec,gx_dps,gy_dps,gz_dps",
+}
+
+
+@pytest.mark.parametrize("name", OTHERWISE)
+def test_names_that_are_nearly_those_of_davarlab_are_read(logs, name):
+    whole = np.floor(TIME)
+    parts = np.round((TIME - whole) * 1e9).astype(int)
+    stamps = (whole.astype(int), parts) if "nanosec" in OTHERWISE[name] else (TIME,)
+    columns = logs.imported(logs.file("log.csv", f"{OTHERWISE[name]}\n{rows(*stamps, *GYRO.T)}"))[1]
+    logs.check_gyro(columns)
+    assert len(set(columns["time_s"])) == COUNT
+
+
 NO_GYRO = {  # file: names
     "log.csv": "t,x,y,z",
     "gyro_accel.csv": "t,x,y,z",  # of both

@@ -254,6 +254,9 @@ class Search:
     put_off_chance: float = of(
         0.2, "chance", "choice", "of a gain, from which a candidate is put off"
     )
+    noise_steps_most: int = of(
+        12, "steps", "choice", "of a search that only asks for what the noise needs"
+    )
     certain: float = of(
         50.0, "log-likelihood", "DESIGN 4", "from which a part stays, whatever the filters do"
     )

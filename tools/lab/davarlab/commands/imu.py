@@ -36,6 +36,8 @@ DEFAULT = "kalibr"  # whose names the table has without --to
 DATA = "json"  # of --to: what --json prints
 SIMULATOR = "DAVAR_SIM"  # environment variable with the path of davar-sim
 STRIDE_S = 0.5  # between two windows of a flight
+SLOW_HZ = 10.0  # below which a log usually holds picks
+LOUD = 10.0  # deg/sqrt(h), of no MEMS gyro at rest: four times that of a noisy one
 RAD = 180 / math.pi
 WALK = "rate_random_walk"
 WHITE = "coefficient_deg_per_sqrt_h"  # of angle random walk, the first effect of a model
@@ -62,7 +64,8 @@ Value = tuple[float, float | None, float | None]  # with its 95 % interval, wher
 class Axis:
     """One axis. model, estimates: of the analysis at rest, None where it moves; fits: the verdict
     on the model; said: its sentence; reading: the angle random walk that the record has without the
-    model, deg/sqrt(h), with its ends; floor: deg/sqrt(h) of the windows of a flight."""
+    model, deg/sqrt(h), with its ends; floor: deg/sqrt(h) of the windows of a flight; moved: the
+    share of the record that was left out."""
 
     column: str
     model: Model | None = None
@@ -71,6 +74,7 @@ class Axis:
     said: str = ""
     reading: Value | None = None
     floor: Sequence[float] = ()
+    moved: float = 0.0
 
     @property
     def quantity(self) -> str:
@@ -127,8 +131,20 @@ def replaced(end: Noise, middle: Noise) -> Noise:
 
 
 def value_of(parameter: Parameter, axis: Axis, bias_time_s: float) -> Value:
-    low, value, high = (parameter.value(one) for one in noises(axis, bias_time_s))
-    return (value, low, high) if low < high else (value, None, None)
+    ends = noises(axis, bias_time_s)
+    low, value, high = (parameter.value(one) for one in ends)
+    return (
+        (value, low, high)
+        if low < high and not converted(parameter, ends[1])
+        else (value, None, None)
+    )
+
+
+def converted(parameter: Parameter, noise: Noise) -> bool:
+    """Is a number a random walk that the record does not show, but another effect was converted
+    to."""
+    walks = parameter.value(replace(noise, walk=2 * noise.walk + 1)) != parameter.value(noise)
+    return walks and noise.walk_from != WALK
 
 
 def pooled(values: Sequence[Value]) -> Value:
@@ -168,10 +184,18 @@ def of_axis(whole: Recording, column: str, bandwidth: str) -> Axis:
     if judgement.spoiled_by:
         return Axis(column, said=said)
     read = at_95(judgement.reading) if judgement.reading else None
-    fits = judgement.adequate and bool(estimates[0][WHITE].number)
+    white = estimates[0][WHITE].number
+    level = white if judgement.adequate or read is None else max(white, read[0])
+    if column.startswith("gyro") and level > LOUD:
+        moves = f"an angle random walk of {level:.3g} deg/sqrt(h) is that of motion or vibration"
+        return Axis(
+            column, said=f"no value at rest: {moves}", floor=flown(whole, column, bandwidth)
+        )
+    fits = judgement.adequate and bool(white)
     if not fits and (read is None or not read[0]):
         return Axis(column, said=f"this recording shows no white noise. {said}")
-    return Axis(column, made, estimates, fits, said, read)
+    moved = next((one.share for one in found.seen if one.kind == "motion"), 0.0)
+    return Axis(column, made, estimates, fits, said, read, moved=moved)
 
 
 def at_95(reading: Reading) -> Value:
@@ -221,6 +245,21 @@ def columns(quantity: str, target: str) -> list[Parameter]:
     ]
 
 
+def conversions(found: Sequence[Axis], target: str, bias_time_s: float) -> list[str]:
+    """The names of the parameters whose values are converted, for any axis."""
+    return [
+        parameter.name
+        for quantity in FAMILIAR
+        for parameter in columns(quantity, target)
+        if any(
+            one.quantity == quantity
+            and one.model is not None
+            and converted(parameter, noises(one, bias_time_s)[1])
+            for one in found
+        )
+    ]
+
+
 def rows(
     found: Sequence[Axis], quantity: str, target: str, bias_time_s: float
 ) -> tuple[list[Parameter], dict[str, list[Value]]]:
@@ -265,9 +304,19 @@ def in_use(found: Sequence[Axis], recording: Recording) -> list[str]:
     still = [one for one in found if one.model is not None]
     if not still:
         return []
-    return [
-        "Motion: the numbers hold at rest. Scale and alignment errors, which "
-        "grow with the rate, are not in them.",
+    moved = max(one.moved for one in still)
+    out = f"{100 * moved:.2g} % of the recording moves and is left out. " if moved else ""
+    rate = (
+        [
+            f"Rate: at {recording.rate_hz:.3g} Hz, noise above half of the rate is folded into the "
+            "band unless the sensor averages. The values are then upper limits."
+        ]
+        if recording.rate_hz < SLOW_HZ
+        else []
+    )
+    return rate + [
+        f"Motion: {out}The numbers hold at rest. Scale and alignment errors, which grow with the "
+        "rate, are not in them.",
         vibration(recording),
         temperature(still, recording),
         filtered(still),
@@ -391,6 +440,14 @@ def run_imu(options: argparse.Namespace) -> int:
         for name in recording.columns
         if name.startswith("gyro_") and name.endswith("_counts")
     ]
+    names = conversions(found, options.to or DEFAULT, options.bias_time)
+    if names:
+        said = [
+            f"{' and '.join(names)} without interval: the recording does not show a random walk of "
+            "the bias. The value is converted from bias instability or Gauss-Markov noise, and the "
+            "true one may be several times larger. Record for an hour or more to measure it.",
+            *said,
+        ]
     lines += ["", *said]
     if output:
         write(options, found, output, data)
@@ -415,7 +472,8 @@ def write(options: argparse.Namespace, found: Sequence[Axis], output: str, data:
                 f"--to {options.to}: {options.recording} moves, so no axis has a value at rest. "
                 "Without --to, imu prints the noise in flight"
             )
-        text = parameters.text(options.to, given, options.inflate, options.bias_time)
+        remarks = [f"{one.column}: {one.said}" for one in found if not one.fits]
+        text = parameters.text(options.to, given, options.inflate, options.bias_time, remarks)
     files.write_whole(output, text.encode())
 
 

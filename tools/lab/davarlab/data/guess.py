@@ -50,7 +50,7 @@ TICK_OF_XSENS = "sampletimefine"  # of an MTi 0.1 ms, of a Movella DOT 1 us
 SLOWEST_MTI_S = 0.5  # between samples, beyond which it is a DOT's
 WORDS = {
     "time": r"^(time|times|datetime|timestamp|stamp|t|clock|elapsed|secs?|seconds|us|ms|ns"
-    r"|[umn]secs?|micros|millis|nanos|(micro|milli|nano)seconds)$",
+    r"|[umn]secs?|micros|millis|nanos|(micro|milli|nano)sec(ond)?s?)$",
     "gyro": r"^([xyz]?(gyr|gyros?|giro|gyroscope)\d*[xyz]?\d*|[gw][xyz]\d*|w|omega[xyz]?\d*"
     r"|angvel[xyz]?|angular|rate|(roll|pitch|yaw)(speed|rate))$",
     "accel": r"^([xyz]?(acc|accel|accelerometer|acceleration)\d*[xyz]?\d*|a[xyz]\d*|a|specific)$",

@@ -521,7 +521,10 @@ def levels(
     variance = ndimage.maximum_filter1d(np.maximum(square - mean**2, 0) / length, 3, axis=1)[
         :, 1:-1
     ]
-    return np.array([recordings.filled(row[count > 0.5], count > 0.5) for row in mean]), variance
+    there = count > 0.5
+    if not there.any():  # nowhere is enough of a block at rest
+        return np.zeros_like(mean), variance
+    return np.array([recordings.filled(row[there], there) for row in mean]), variance
 
 
 def followed(

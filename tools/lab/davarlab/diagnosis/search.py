@@ -519,10 +519,12 @@ def of_noise(state: State, model: Model, progress: Progress) -> Judged:
     given = len(model.terms)
     rounds = 1 if state.known is None else 2
     for place in range(rounds):
+        if place and not judged(state, True).judgement.adequate:
+            break
         state = redrawn(state, model) if place else state
         way = Search(state, state, given, True, hopeless=frozenset(table.TABLE) - OF_NOISE)
         found, more = judged(state), True
-        for _ in range(SEARCH.steps_most):
+        for _ in range(SEARCH.noise_steps_most):
             if found.judgement.adequate or not more or state.spoiled:
                 break
             progress(f"adding to {', '.join(way.state.model_kinds)}")

@@ -174,7 +174,7 @@ class Log:
                 frozenset([quantity]),
                 self.columns[next(iter(axes.values()))].count,
                 stem,
-                int(raw and stem.startswith(FILTERED)),
+                int(raw and stem.startswith(FILTERED) or stem.lower().startswith("filtered")),
             )
             for quantity, stem, axes in sets
         ]
@@ -357,7 +357,7 @@ def check_forward(guesses: Iterable[Guess], columns: Mapping[str, Numbers], path
 
 def column_name(one: Guess) -> str:
     """Counts that nobody has given a unit stay counts."""
-    if one.unit == "counts" and one.factor == 1 and one.quantity == "gyro":
+    if one.unit == "counts" and one.factor == 1 and one.quantity == "gyro" and not one.sure:
         return f"gyro_{one.axis}_counts"
     return one.column
 

@@ -140,10 +140,25 @@ def read_clocks(columns: dict[str, Floats], clocks: Iterable[Clock], path: StrPa
         columns[clock.name] = (columns[clock.name] - clock.offset) * clock.factor
 
 
+def other(name: str) -> bool:
+    """Is a name one of an axis that davarlab calls otherwise: gx_dps, accel_x_ms2."""
+    quantity = guess.quantity_of(name)
+    return bool(guess.axis_of(name)) and (
+        quantity == "gyro"
+        and name.endswith(tuple("_" + unit for unit in recordings.TO_DPS))
+        and not name.startswith("gyro_")
+        or quantity == "accel"
+        and name.startswith("accel_")
+        and not ACCEL.fullmatch(name)
+    )
+
+
 def is_own(names: Collection[str], rate_hz: float | None) -> bool:
     """Are the columns called as davarlab calls them: then nothing is guessed. Those of an
     accelerometer count where no other column may be a gyro."""
     gyros = any(guess.quantity_of(name) == "gyro" for name in names)
+    if any(map(other, names)):
+        return False
     return any(
         name.endswith(tuple("_" + unit for unit in recordings.TO_DPS))
         or recordings.is_clock(name)

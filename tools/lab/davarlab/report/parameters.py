@@ -564,9 +564,14 @@ def said_of(parameter: Parameter, noises: Sequence[Noise]) -> list[str]:
 
 
 def text(
-    name: str, models: Sequence[tuple[str, Model]], inflate: float = 1.0, bias_time_s: float = 300.0
+    name: str,
+    models: Sequence[tuple[str, Model]],
+    inflate: float = 1.0,
+    bias_time_s: float = 300.0,
+    remarks: Sequence[str] = (),
 ) -> str:
-    """A file in the format FORMATS[name]. models: (path, Model), one per axis. Raises BadInput."""
+    """A file in the format FORMATS[name]. models: (path, Model), one per axis; remarks: what its
+    user must know first. Raises BadInput."""
     form, noises = FORMATS[name], [noise_of(model, path, bias_time_s) for path, model in models]
     for (path, _), noise in zip(models, noises):
         if not noise.white:
@@ -602,6 +607,7 @@ def text(
         f"{one.walk:.6g}, K from {one.walk_from}"
         for one in noises
     ]
+    head[1:1] = remarks
     head += [
         form.inflate,
         "These numbers are "

@@ -209,9 +209,15 @@ def small(judgement: Judgement) -> str:
     return said
 
 
+def section(start_s: float, stop_s: float) -> str:
+    """A section of a recording in s, with enough digits to tell its ends apart."""
+    digits = 0 if stop_s - start_s >= 10 else 1 if stop_s - start_s >= 1 else 2
+    return f"{start_s:.{digits}f} to {stop_s:.{digits}f}"
+
+
 def place(deviation: Deviation) -> str:
     start, stop = deviation["start_s"], deviation["stop_s"]
-    return f"at {seconds(deviation['tau_s'])}, from {start:.0f} to {stop:.0f} s of the recording"
+    return f"at {seconds(deviation['tau_s'])}, from {section(start, stop)} s of the recording"
 
 
 def off(deviation: Deviation) -> str:
@@ -288,7 +294,7 @@ def misfit(comparison: Comparison) -> str:
     if comparison.where:
         local = comparison.where[0]
         return (
-            f"{only}: between {local.start_s:.0f} and {local.stop_s:.0f} s, the measured Allan "
+            f"{only}: from {section(local.start_s, local.stop_s)} s, the measured Allan "
             f"deviation is {times(local.ratio)} at {seconds(local.tau_s)}."
         )
     if comparison.judgement.largest:  # in a window that the map does not show
@@ -431,7 +437,7 @@ def next_steps(unexplained: Unexplained) -> list[str]:
     deviation = unexplained.deviation
     said: dict[Hint, str] = {
         "stretch": (
-            f"Look at {deviation['start_s']:.0f} to {deviation['stop_s']:.0f} s of the recording, "
+            f"Look at {section(deviation['start_s'], deviation['stop_s'])} s of the recording, "
             "where something differs. Log what is switched or moved there, or exclude this "
             "section in davarlab open and fit the rest."
         ),
