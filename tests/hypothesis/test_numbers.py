@@ -60,7 +60,8 @@ def meaning(unit, second=1.0):
     times = {name: size * second for name, size in SECONDS.items()}
     forces = {name: size / second**2 for name, size in GRAVITIES.items()}
     names = {**ANGLES, **OTHERS, **times, **forces, "Hz": 1 / second, "dps": 1 / second}
-    return eval(unit.replace("^", "**"), {"__builtins__": {}}, names)
+    times_of = re.sub(r"^([\d.]+)(?=[a-z])", r"\1*", unit)  # 0.1ms
+    return eval(times_of.replace("^", "**"), {"__builtins__": {}}, names)
 
 
 def units():

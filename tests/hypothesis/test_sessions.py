@@ -79,9 +79,9 @@ def session(path):
         ("gyro_z_dps", "gyro", "z", "deg/s"),
         ("temp_degC", "temp", "", "degC"),
     )
-    names = ("name", "quantity", "axis", "unit", "factor")
+    names = ("name", "quantity", "axis", "unit", "factor", "doubt", "unused")
     steps.log = {
-        "columns": [dict(zip(names, (*column, 1.0))) for column in columns],
+        "columns": [dict(zip(names, (*column, 1.0, "", ""))) for column in columns],
         "rate_hz": None,
         "sensor": None,
         "as_recorded": False,

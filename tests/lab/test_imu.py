@@ -192,8 +192,8 @@ def test_the_output_in_the_documentation_is_the_one_of_the_command(lab, monkeypa
     scenario = ROOT / "data/tutorial_sensor.toml"
     assert run("simulate", scenario, "-o", "build/rec.csv").returncode == 0
     text = (ROOT / "docs/IMU.md").read_text()
-    command, shown = re.findall(r"```(?:sh|text)\n(.*?)\n```", text, re.DOTALL)
-    done = run(*command.removeprefix("tools/davarlab ").split())
+    commands, shown = re.findall(r"```(?:sh|text)\n(.*?)\n```", text, re.DOTALL)
+    done = run(*commands.splitlines()[-1].removeprefix("tools/davarlab ").split())
     assert done.stdout.rstrip("\n") == shown
 
 

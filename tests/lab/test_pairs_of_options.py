@@ -30,7 +30,14 @@ COMMANDS = {  # the words that each needs
     "dbc": "-o out.dbc",
 }
 SLOW = ("diagnose", "improve")
-OTHERS = {"open", "live", "fleet", "benchmark", "nulls"}  # servers, sources and pools of processes
+OTHERS = {
+    "open",
+    "live",
+    "fleet",
+    "imu",
+    "benchmark",
+    "nulls",
+}  # servers, sources and pools of processes
 # Option or further arguments: values. The first one meets every other option.
 VALUES = {
     "--model": ("m.toml", "imu.yaml"),

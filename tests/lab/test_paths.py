@@ -26,6 +26,7 @@ LIMIT_S = 1800  # after which a command hangs, on a machine as busy as can be
 READERS = {
     "simulate": ["simulate {} -o out"],
     "fit": ["fit {} -m m.toml", "fit r.csv -m {}"],
+    "imu": ["imu {}"],
     "compare": ["compare {} -m m.toml", "compare r.csv -m {}", "compare r.csv -m {}.yaml"],
     **{
         name: [
@@ -47,6 +48,7 @@ READERS = {
 WRITERS = {
     "simulate": "simulate s.toml -o {}",
     "fit": "fit r.csv -m m.toml -o {}",
+    "imu": "imu r.csv --to json -o {}",
     "compare": "compare r.csv -m m.toml --report {}",
     "diagnose": None,
     "improve": None,

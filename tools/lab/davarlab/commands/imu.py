@@ -451,7 +451,7 @@ def run_imu(options: argparse.Namespace) -> int:
     lines += ["", *said]
     if output:
         write(options, found, output, data)
-        lines.append(f"\n{output}")
+        lines.append(f"\nwrote {output}")
     emit(options, {**data, "file": output}, "\n".join(lines))
     flies = any(one.floor for one in found)
     wanted = [one for one in found if not (flies and one.quantity == "accel")]

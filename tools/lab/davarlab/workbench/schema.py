@@ -75,10 +75,17 @@ class Column(Given):
     unit: Text
     factor: Number
     doubt: str = ""
+    unused: str = ""
+
+
+class Confirmed(Column):
+    """sure: its unit was chosen by somebody, or needs no guess."""
+
+    sure: bool = False
 
 
 class Read(Given):
-    columns: list[Column]
+    columns: list[Confirmed]
     rate_hz: Positive | None = None
     as_recorded: bool = False
 

@@ -223,8 +223,8 @@ class Intake:
                 f"{path}: each of its {len(guesses)} columns must be named, in their order"
             )
         for one, was in zip(columns, guesses):
-            kept = one["unit"] == was.unit and not one["sure"]
-            one["doubt"] = was.doubt if kept else ""
+            confirmed = one.pop("sure", False)
+            one["doubt"] = was.doubt if one["unit"] == was.unit and not confirmed else ""
         steps = Steps.beside(path, waiting.sensor)
         steps.log = {
             "columns": columns,
