@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import writing_logs as writing
-from davarlab.data import table
 from davarlab.report import parameters
+from davarlab.tables import table
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from lawful import bounded, damaged, examples

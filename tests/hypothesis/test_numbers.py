@@ -13,10 +13,10 @@ import pytest
 from davarlab import kalibr
 from davarlab import model as models
 from davarlab.commands import option_types
-from davarlab.data import guess
 from davarlab.effects import table
 from davarlab.inference.estimate import Estimate
 from davarlab.report import parameters, terminal, values, words
+from davarlab.tables import guess
 from davarlab.wire import raw
 from hypothesis import assume, given
 from hypothesis import strategies as st

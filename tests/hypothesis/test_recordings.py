@@ -11,8 +11,8 @@ from decimal import Decimal
 import numpy as np
 import pytest
 from davarlab.data import recording as recordings
-from davarlab.data import table
 from davarlab.errors import BadInput
+from davarlab.tables import table
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from lawful import examples

@@ -7,7 +7,7 @@ from unittest import mock
 import lab_bench
 import numpy as np
 import pytest
-from davarlab import model, simulate
+from davarlab import arrays, model, simulate
 from davarlab.candidates import candidate
 from davarlab.candidates import ranking as candidates
 from davarlab.data import events, signals
@@ -324,7 +324,7 @@ def test_single_precision_gives_the_same_results():
     given = lab_bench.model(100.0)
     for seed in range(3):
         double = improve.improve(long_record(seed), given)
-        with mock.patch.object(signals, "NARROW_FROM", 1000):
+        with mock.patch.object(arrays, "NARROW_FROM", 1000):
             single = improve.improve(long_record(seed), given)
         assert double.added == single.added
         assert double.judgement.adequacy == single.judgement.adequacy

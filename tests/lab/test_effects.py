@@ -8,12 +8,13 @@ import lab_bench
 import numpy as np
 import pytest
 from davarlab import simulate
-from davarlab.data import guess, signals
+from davarlab.data import signals
 from davarlab.data.recording import Recording
 from davarlab.effects import columns, filters, table
 from davarlab.inference.parts import part_of, spectrum_of
 from davarlab.model import Model, Term
 from davarlab.report import export
+from davarlab.tables import guess
 from scipy import signal
 
 RATE = 50.0

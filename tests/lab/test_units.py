@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from asking import run
-from davarlab.data import guess
+from davarlab.tables import guess, meaning
 from lab_bench import write_csv
 from scipy import io, signal
 
@@ -48,7 +48,7 @@ def guessed(rate_hz, gyro, accel=None):
     columns |= {f"gyro_{axis}": one for axis, one in zip(AXES, gyro)}
     if accel is not None:
         columns |= {f"acc_{axis}": one for axis, one in zip(AXES, accel)}
-    found = {one.name: one for one in guess.of(columns)}
+    found = {one.name: one for one in meaning.of(columns)}
     return found["gyro_y"], found.get("acc_y")
 
 

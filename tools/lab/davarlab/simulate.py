@@ -9,7 +9,6 @@ import numpy as np
 from . import model as models
 from .arrays import Floats
 from .data import signals
-from .data import table as tables
 from .data.recording import MINIMUM_SAMPLES, Recording
 from .effects import spectra, table
 from .effects.base import needed
@@ -17,6 +16,7 @@ from .effects.means import TURNING
 from .errors import BadInput
 from .files import StrPath
 from .model import Term
+from .tables import table as tables
 
 SAMPLES_MAX = 10**8  # 6 GB
 DEFAULTS: dict[str, float] = {

@@ -6,7 +6,8 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from ..arrays import Bools, Floats
-from . import guess, motion, signals
+from ..tables import guess
+from . import motion, signals
 from .recording import Recording, is_clock
 
 KIND = "implausible"  # of the observation

@@ -8,11 +8,12 @@ from typing import Any, cast
 
 import numpy as np
 
-from .. import files
+from .. import arrays, files
 from ..arrays import Bools, Floats, Ints
 from ..errors import BadInput, printable
 from ..files import StrPath
-from . import clock, guess, repeats, signals, table
+from ..tables import guess, table
+from . import clock, repeats
 from .clock import Clock
 
 TO_DPS = {"dps": 1.0, "rad_s": 180.0 / np.pi}
@@ -141,7 +142,7 @@ def check_precise(values: Floats, where: str) -> None:
     if values.dtype != np.float64:
         raise BadInput(
             f"{where}: {len(values)} samples are read in single precision, which is too coarse for "
-            f"a clock. Split the file into parts below {signals.NARROW_FROM} samples"
+            f"a clock. Split the file into parts below {arrays.NARROW_FROM} samples"
         )
 
 

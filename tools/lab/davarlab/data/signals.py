@@ -5,11 +5,9 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from scipy import fft, ndimage
 
+from .. import arrays
 from ..arrays import Complexes, Floats, Ints
 
-# Samples from which columns and ordinates are kept in single precision, but for the time; a gyro is
-# transformed in double precision all the same.
-NARROW_FROM = 2_000_000
 MEMORY, ASKED = 16, 20_000  # samples before one, and how many are asked, whether they foretell it
 ROUNDING = 1e-6  # of the scatter of a record: below are no noise of a sensor, only digits
 SHORTEST = 4  # samples of a window whose scatter is asked
@@ -40,7 +38,7 @@ def foretold(x: Floats) -> bool:
 def forget_plans(samples: int, kind: Callable[[Floats], Floats] = fft.rfft) -> None:
     """After transforms of a long record in lengths that hardly recur: scipy keeps the tables of the
     last 16 lengths, up to 16 bytes per sample each. Short ones take their place."""
-    for length in range(2, 18) if samples >= NARROW_FROM else ():
+    for length in range(2, 18) if samples >= arrays.NARROW_FROM else ():
         for precision in (np.float32, np.float64):
             kind(np.zeros(length, precision))
 

@@ -1,5 +1,5 @@
-"""Units as data sheets print them: deg/sqrt(hr), °/√h, mdps/√Hz, °/sec/√Hz rms. They say which
-effect a number is the size of."""
+"""Units as data sheets print them: deg/sqrt(hr), °/√h, mdps/√Hz, °/sec/√Hz rms. They determine
+which effect a number is the size of."""
 
 import math
 import re

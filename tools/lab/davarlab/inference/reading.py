@@ -1,5 +1,4 @@
-"""The angle random walk read off the record itself, beside the one of a fitted model (DESIGN
-7.6)."""
+"""The angle random walk read off the record itself, to check a fitted model with (DESIGN 7.6)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -9,6 +9,7 @@ import numpy as np
 import scipy
 from scipy import linalg
 
+from .. import arrays
 from ..arrays import Floats, Ints
 from ..data import signals
 from ..thresholds import FIT
@@ -106,7 +107,7 @@ class Data:
         norm = 1.0 if key == "gyro" else float(np.sqrt(together * (off @ off)))
         ok = key == "gyro" or norm > 1e-9 * max(1e-30, float(x.max()), -float(x.min()))
         off *= np.sqrt(together) / norm if ok else 0.0
-        narrow = self.samples >= signals.NARROW_FROM
+        narrow = self.samples >= arrays.NARROW_FROM
         if narrow and key != "gyro":
             off = off.astype(np.float32)
         c = signals.transform(off, spare=True)[1:]

@@ -14,10 +14,10 @@ from .. import files
 from ..arrays import Ints
 from ..data import clock, plausible
 from ..data import recording as recordings
-from ..data import table as tables
 from ..data.recording import Recording
 from ..errors import BadInput
 from ..files import StrPath
+from ..tables import table as tables
 from . import sensor as sensors
 from . import text
 from .options import Options

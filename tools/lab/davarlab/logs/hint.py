@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Floats
-from ..data import dialect, guess
+from ..tables import dialect, guess
 
 LEAST = 100  # rows, below which numbers show nothing
 RUNNING = 0.5  # of the steps of a time that are above 0, at least

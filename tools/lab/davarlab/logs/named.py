@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Floats, Ints
-from ..data import guess
-from ..data.guess import Guess
 from ..errors import BadInput
 from ..files import StrPath
+from ..tables import guess, meaning
+from ..tables.guess import Guess
 from . import units
 from .sensor import Numbers, Samples, Sensor, check_finite
 
@@ -332,7 +332,7 @@ def dressed(
 ) -> Samples:
     """Raw columns as Samples in davarlab's names and units, by guesses that can be overridden.
     Columns of no known quantity keep their names. stated: sample rates of the file, in Hz."""
-    guesses = overridden(guess.of(columns, stated), given, path)
+    guesses = overridden(meaning.of(columns, stated), given, path)
     there = dict(columns)
     out, stamps = {}, None
     for one in guesses:

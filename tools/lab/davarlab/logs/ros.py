@@ -14,9 +14,9 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from .. import files
 from ..arrays import Ints
-from ..data import guess
 from ..errors import BadInput
 from ..files import StrPath
+from ..tables import guess
 from . import named, units
 from .options import Options
 from .sensor import Numbers, Samples, Sensor

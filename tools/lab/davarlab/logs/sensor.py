@@ -8,10 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arrays import Floats, Ints
-from ..data import table
-from ..data.guess import Guess
 from ..errors import BadInput
 from ..files import StrPath
+from ..tables import table
+from ..tables.guess import Guess
 
 LISTED_MOST = 20
 Numbers = npt.NDArray[Any]  # as a log holds them, of whichever type

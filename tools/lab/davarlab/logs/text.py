@@ -1,4 +1,4 @@
-"""Text, however its table is written (data/dialect.py): davarlab's own recordings as they are,
+"""Text, however its table is written (tables/dialect.py): davarlab's own recordings as they are,
 others by guesses."""
 
 import contextlib
@@ -10,10 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Floats
-from ..data import guess, table
 from ..data import recording as recordings
 from ..errors import BadInput
 from ..files import StrPath
+from ..tables import guess, table
 from . import hint, named
 from .options import Options
 from .sensor import Samples, Sensor

@@ -5,9 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from .. import arrays
 from ..arrays import Floats, Ints
-from ..data import guess, signals, table
 from ..errors import BadInput
+from ..tables import guess, table
 from .sensor import Numbers
 
 NAMES = {"gyro": "gyro_{}_dps", "accel": "accel_{}_g"}
@@ -34,7 +35,7 @@ def check_stamps(ticks: Numbers, unit_ns: float, where: str, origin: int = 0) ->
 
 def scaled(values: Numbers, factor: float) -> Floats:
     """In double precision, or in single where there are very many."""
-    kind = np.float32 if len(values) >= signals.NARROW_FROM else np.float64
+    kind = np.float32 if len(values) >= arrays.NARROW_FROM else np.float64
     values = np.asarray(values)
     return (
         np.multiply(values, factor, dtype=kind, casting="unsafe")

@@ -14,9 +14,8 @@ from ..arrays import Bools, Floats
 from ..candidates import lines
 from ..candidates.candidate import Candidate
 from ..candidates.ranking import Trying
-from ..data import clock, guess, plausible
+from ..data import clock, plausible
 from ..data import recording as recordings
-from ..data import table as tables
 from ..diagnosis import compare, fitting, improve, search
 from ..diagnosis.improve import Estimates
 from ..diagnosis.state import Judged, Progress
@@ -28,6 +27,8 @@ from ..logs import text as texts
 from ..logs.options import Options
 from ..logs.sensor import Samples, Sensor
 from ..report.values import Json
+from ..tables import guess, meaning
+from ..tables import table as tables
 from .steps import Sight
 
 KEPT = 12  # outcomes in memory, of all axes together
@@ -71,7 +72,7 @@ def preview(
     of them, what a page shows of it). skip: lines of a text that were skipped."""
     columns = log.columns
     rates = log.rates if isinstance(log, tables.Table) else []
-    found, count = said or guess.of(columns, rates), len(next(iter(columns.values())))
+    found, count = said or meaning.of(columns, rates), len(next(iter(columns.values())))
     ticks = clock_of(columns, found, path, log.line)
     places = ticks.places if ticks else log.places
     missing = 0 if places is None else int(places[-1]) + 1 - count

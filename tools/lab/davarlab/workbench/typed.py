@@ -2,8 +2,9 @@
 
 import shlex
 
-from ..data import guess, plausible
+from ..data import plausible
 from ..effects import own
+from ..tables import guess
 from . import desk as desks
 from .steps import Sight, Steps
 

@@ -7,10 +7,11 @@ from typing import Any
 
 from ... import axes
 from ... import model as models
-from ...data import dialect, plausible
+from ...data import plausible
 from ...data.recording import Recording
 from ...errors import BadInput
 from ...report.values import Json
+from ...tables import dialect
 from .. import desk as desks
 from ..steps import Sight, Steps, Stretch
 from .hold_out import HoldOut

@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from ... import axes
-from ...data import guess
 from ...data.recording import Recording
 from ...errors import BadInput
 from ...report.values import Json
+from ...tables import guess
 from .. import desk as desks
 from ..arrivals import Arrivals, Tell
 from ..ears import Ears

@@ -10,18 +10,18 @@ import os
 import re
 import shlex
 import zlib
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from typing import Any, Protocol
 
 import numpy as np
 
-from .. import files
-from ..arrays import Bools, Floats, Ints
+from .. import arrays, files
+from ..arrays import Floats, Ints
 from ..errors import BadInput
 from ..files import StrPath
-from . import dialect, guess, signals
+from . import dialect, guess, missing, sentences
 from .dialect import Dialect
 
 LARGEST = 1e30  # whose square is still a number, and which no sensor says
@@ -47,10 +47,6 @@ ENDS = re.compile(rb"(?m)[ \t]*;[ \t]*(?=\r?$)")  # as dialect.END, in a block o
 NULLS = ["", "-", "--", "nan", "NaN", "NAN", "-nan", "-NaN", "null", "NULL", "Null", "none", "None"]
 NULLS += ["NONE", "na", "NA", "n/a", "N/A", "#N/A", "<NA>", "NaT", "nil", "-nan(ind)", "-1.#IND"]
 SAFE = 1 << 62  # whole numbers below it can be taken from each other in 64 bits
-# Of the rows of the sensor, from which a column without a value is slower, or on rows of its own.
-SLOWER = 1 / 3
-LISTED = 6  # columns in a message
-RATES = ("_dps", "_rad_s")  # how the columns of gyros end, whatever else they are called
 # Columns that davar-sim and `davarlab live --record` write, and no sensor.
 RESULTS = {"epoch", "window_samples", "arw_deg_per_sqrt_h"}
 
@@ -392,13 +388,13 @@ def read_columns(
         for name, part, column in zip(form.names, parts, found):
             part.append(
                 column
-                if name == form.time or count < signals.NARROW_FROM
+                if name == form.time or count < arrays.NARROW_FROM
                 else column.astype(np.float32)
             )
     if not count:
         raise BadInput(f"{path}: no samples")
     return {
-        name: joined(part, count >= signals.NARROW_FROM and name != form.time)
+        name: joined(part, count >= arrays.NARROW_FROM and name != form.time)
         for name, part in zip(form.names, parts)
     }, cut
 
@@ -496,7 +492,7 @@ class Table:
     named: bool
     said: list[str]
     rates: list[float]
-    wire: dialect.Sentences | dialect.Monitor | None = None
+    wire: sentences.Sentences | sentences.Monitor | None = None
 
     @property
     def time(self) -> str:
@@ -568,108 +564,6 @@ def with_parts(columns: dict[str, Floats], time: str) -> list[str]:
     return []
 
 
-def axes_of(names: Collection[str], quantity: str) -> list[str]:
-    return [name for name in names if guess.quantity_of(name) == quantity and guess.axis_of(name)]
-
-
-def sensor_of(names: Collection[str]) -> list[str]:
-    """The columns whose noise is measured: of gyros, else of clocks, else of accelerometers."""
-    gyros = axes_of(names, "gyro")
-    gyros = [name for name in names if name in gyros or name.endswith(RATES)]
-    clocks = [name for name in names if name.endswith(guess.CLOCKS)]
-    return gyros or clocks or axes_of(names, "accel")
-
-
-@dataclass
-class Settled:
-    """columns: without missing values; places: of their rows in the table (None: all); empty:
-    columns that were left out; said: what was done, in words."""
-
-    columns: dict[str, Floats]
-    places: Ints | None = None
-    empty: list[str] = field(default_factory=list)
-    said: list[str] = field(default_factory=list)
-
-
-Without = Callable[[Collection[str]], str]  # columns -> the option that skips them
-
-
-def settled(columns: dict[str, Floats], time: str, path: StrPath, without: Without) -> Settled:
-    """Columns of a table in which NaN stands for a missing value; time: the one without any."""
-    gone = {name: np.isnan(column) for name, column in columns.items() if name != time}
-    gone = {name: where for name, where in gone.items() if where.any()}
-    empty = [name for name, where in gone.items() if where.all()]
-    check_empty(columns, empty, path)
-    made = Settled({name: one for name, one in columns.items() if name not in empty}, empty=empty)
-    gone = {name: where for name, where in gone.items() if name not in empty}
-    needed = needed_of(made.columns, gone, path, without)
-    for name in (slow := [name for name in gone if name not in needed]):
-        made.columns[name] = interpolated(columns[name], gone[name], columns.get(time))
-    if slow:
-        counts = (f"{name} ({np.count_nonzero(gone[name])} missing values)" for name in slow)
-        made.said.append(f"interpolated: {', '.join(counts)}")
-    if needed:
-        keep_whole(made, {name: gone[name] for name in needed}, path, without)
-    return made
-
-
-def check_empty(names: Collection[str], empty: Collection[str], path: StrPath) -> None:
-    """Raises BadInput where no column of the sensor has a value, or none at all."""
-    sensor = sensor_of(names) or list(names)
-    if set(sensor) <= set(empty):
-        raise BadInput(f"{path}: column {sensor[0]}: no row has a value")
-
-
-def needed_of(
-    columns: Mapping[str, Floats], gone: Mapping[str, Bools], path: StrPath, without: Without
-) -> list[str]:
-    """The columns whose missing values are gaps: of the sensor, and of an accelerometer that is as
-    fast. Raises BadInput where the columns of the sensor have their values in different rows."""
-    sensor = sensor_of(columns)
-    if not sensor or not gone:
-        return []
-    none = np.zeros(len(next(iter(columns.values()))), bool)
-    fullest = min(sensor, key=lambda name: np.count_nonzero(gone.get(name, none)))
-    rows = ~gone.get(fullest, none)
-    slower = [name for name, where in gone.items() if np.mean(where[rows]) >= SLOWER]
-    apart = [name for name in sensor if name in slower]
-    if apart:
-        raise BadInput(
-            f"{path}: column {apart[0]}: a value in {np.count_nonzero(rows & ~gone[apart[0]])} of "
-            f"the {np.count_nonzero(rows)} rows with {fullest}; all others would be gaps. To do "
-            f"without {', '.join(apart)}, type {without(apart)}"
-        )
-    beside = [name for name in axes_of(columns, "accel") if name not in slower]
-    return [name for name in gone if name in sensor or name in beside]
-
-
-def keep_whole(made: Settled, gone: Mapping[str, Bools], path: StrPath, without: Without) -> None:
-    """Leaves out the rows in which one of these columns has no value. Raises BadInput where none
-    would be left."""
-    names, lost = list(gone), np.logical_or.reduce(list(gone.values()))
-    if lost.all():
-        worst = max(names, key=lambda name: np.count_nonzero(gone[name]))
-        raise BadInput(
-            f"{path}: every row lacks a value, most of them that of column {worst} "
-            f"({np.count_nonzero(gone[worst])} of {len(lost)}). To do without it, type "
-            f"{without([worst])}"
-        )
-    lacking = ", ".join(names[:LISTED]) + ", .." * (len(names) > LISTED)
-    made.said.append(f"{np.count_nonzero(lost)} of {len(lost)} rows omitted: no value of {lacking}")
-    made.columns = {name: column[~lost] for name, column in made.columns.items()}
-    made.places = np.flatnonzero(~lost)
-
-
-def interpolated(values: Floats, gone: Bools, time: Floats | None) -> Floats:
-    """A column over its missing values: in time, where there is one that runs forward, else from
-    row to row."""
-    runs = time is not None and bool(np.all(np.diff(time) >= 0))
-    at = time if runs and time is not None else np.arange(len(values))
-    out = values.copy()
-    out[gone] = np.interp(at[gone], at[~gone], values[~gone])
-    return out
-
-
 def read(
     path: StrPath,
     given: Sequence[str] | None = None,
@@ -680,7 +574,7 @@ def read(
     those of the file; naming: renames them; skip: lines at the beginning that are not read."""
     with opened(path) as stream:
         top = head(stream, path, skip)
-        wire = dialect.sentences_in(top.raw) or dialect.monitor_in(top.raw)
+        wire = sentences.sentences_in(top.raw) or sentences.monitor_in(top.raw)
         texts = top.raw if wire is None else wire.rows(top.raw, top.start, path)
         rows = top.rows(texts, path)
         given = wire.named(given) if wire else given
@@ -700,7 +594,7 @@ def read(
             rest = wire.translated(rest, line - 1, path)
         columns, cut = read_columns(rest, form, line - 1, path)
     added = with_parts(columns, form.time)
-    whole = settled(columns, form.time, path, lambda names: without(names, form))
+    whole = missing.settled(columns, form.time, path, lambda names: without(names, form))
     gone = [f"{names[place]} ({why})" for place, why in out.items() if why]
     gone += [f"{name} (empty)" for name in whole.empty]
     said = [

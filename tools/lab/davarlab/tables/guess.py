@@ -1,9 +1,8 @@
-"""What the columns of somebody's log are: names, units and factors, guessed from what they are
-called and from their numbers."""
+"""What one column of a log is: quantity, axis and unit, by its name and by its own numbers."""
 
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -36,10 +35,8 @@ AXES = {
     "yaw": "z",
 }
 # Scatter from sample to sample, below which a rate without a unit is in rad/s: 0.3 deg/s are a bad
-# gyro's. Without a time, or in less than ARW_LEAST_S, it alone decides: outside SCATTER.
+# gyro's.
 QUIET_RAD = 0.006
-SCATTER = (1e-4, 0.05)
-ARW = (0.03, 5.0)  # deg/sqrt(h), of MEMS gyros at rest
 # Least time from sample to sample, for rates up to 10 kHz.
 STEPS = (("ns", 1e5), ("us", 50.0), ("ms", 0.5), ("s", 0.0))
 USUAL_HZ = (4.0, 2000.0)  # rates of logs of an IMU, by which a unit of the time is doubted
@@ -49,20 +46,13 @@ BLACKBOX = re.compile(r"gyro(ADC|Unfilt)\[[012]\]")
 TICK_OF_XSENS = "sampletimefine"  # of an MTi 0.1 ms, of a Movella DOT 1 us
 SLOWEST_MTI_S = 0.5  # between samples, beyond which it is a DOT's
 WORDS = {
-    "time": r"^(time|times|datetime|timestamp|stamp|t|clock|elapsed|secs?|seconds|us|ms|ns"
-    r"|[umn]secs?|micros|millis|nanos|(micro|milli|nano)sec(ond)?s?)$",
+    "time": r"^(time|times|zeit|tiempo|tempo|datetime|timestamp|stamp|t|clock|elapsed|secs?|seconds"
+    r"|us|ms|ns|[umn]secs?|micros|millis|nanos|(micro|milli|nano)sec(ond)?s?)$",
     "gyro": r"^([xyz]?(gyr|gyros?|giro|gyroscope)\d*[xyz]?\d*|[gw][xyz]\d*|w|omega[xyz]?\d*"
     r"|angvel[xyz]?|angular|rate|(roll|pitch|yaw)(speed|rate))$",
     "accel": r"^([xyz]?(acc|accel|accelerometer|acceleration)\d*[xyz]?\d*|a[xyz]\d*|a|specific)$",
     "temp": r"^(temp|temps|temperature|temperatura|degc|celsius|imutemp)$",
 }
-# Median norm of an accelerometer without gravity, in m/s^2 or g.
-LINEAR = 0.5
-ARW_LEAST_S = 20.0
-ARW_TAUS_S, ARW_AGREES = (1.0, 2.0, 4.0), 2.0  # of white noise, the same within this factor
-HALF_OF_NORMAL = 0.6745  # of a standard deviation: the median of the magnitude
-# Means over so many seconds; turned in all at least by so much; squared correlation at least.
-GRAVITY_S, TURNED_RAD, GRAVITY_AGREES = 0.25, 1.0, 0.5
 # The axis within a word: gx, accy2, x1, xgyro, yawspeed.
 JOINED = re.compile(
     r"([xyz]?)(?:gyr|gyros?|giro|gyroscope|omega|angvel|acc|accel|accelerometer|acceleration|[gwa])"
@@ -277,6 +267,10 @@ def whole(values: Floats) -> bool:
     return bool(np.all(values == np.round(values)) and np.ptp(values) > 20)
 
 
+def scatter_of(values: npt.NDArray[Any]) -> float:
+    return float(np.std(np.diff(np.asarray(values, float))) / np.sqrt(2))
+
+
 def unit_by_numbers(quantity: str, values: Floats) -> tuple[str, float]:
     """(unit, factor) where the name says none."""
     if quantity == "time":
@@ -377,155 +371,3 @@ def of_column(name: str, values: Floats, rates: Sequence[float] = ()) -> Guess:
         found, factor = ("counts", 1.0) if unit else unit_by_numbers(quantity, values)
         return Guess(name, quantity, axis, found, factor, quantity == "temp" and found == "degC")
     return Guess(name, quantity, axis, unit, UNITS[quantity][unit])
-
-
-def of(columns: Mapping[str, npt.NDArray[Any]], rates: Sequence[float] = ()) -> list[Guess]:
-    """Guesses for the columns of a file (name -> numbers), in their order: one time, one
-    temperature, one of each axis; the norm of the accelerometer says its unit where its name does
-    not. rates: in Hz, as the file states them."""
-    found, taken = {}, set()
-    guesses = [
-        of_column(name, np.asarray(values, float), rates) for name, values in columns.items()
-    ]
-    for guess in sorted(
-        guesses, key=lambda guess: guess.column != guess.name
-    ):  # who bears a name already keeps it
-        if guess.quantity != "other" and guess.column in taken:
-            guess = Guess(guess.name, "other")
-        taken.add(guess.column)
-        found[guess.name] = guess
-    ordered = [found[name] for name in columns]
-    weighed(ordered, columns)
-    unit_by_evidence(ordered, columns)
-    return ordered
-
-
-def weighed(found: list[Guess], columns: Mapping[str, npt.NDArray[Any]]) -> None:
-    """Gravity is 1 g: whatever the accelerometer's numbers are, its norm tells the unit. Without
-    gravity nothing tells it, and the columns keep their names."""
-    unsaid = [guess for guess in found if guess.quantity == "accel" and not guess.sure]
-    if len(unsaid) != 3:
-        return
-    axes = np.array([columns[guess.name] for guess in unsaid], float)
-    norm = float(np.median(np.linalg.norm(axes, axis=0)))
-    unit = next((unit for unit, one in FORCES.items() if 0.8 < norm * one < 1.25), "counts")
-    linear = unit == "counts" and norm < LINEAR and not all(map(whole, axes))
-    for guess in unsaid:
-        guess.unit, guess.factor = unit, FORCES.get(unit, 1 / norm if norm else 1.0)
-        if linear:
-            guess.unit, guess.factor = "", 1.0
-            guess.unused = (
-                f"linear acceleration: gravity is missing in it (its norm is {norm:.2g}), so its "
-                "unit is not known and it is not used (--unit accel=m/s^2 or g uses it)"
-            )
-
-
-def unit_by_evidence(found: list[Guess], columns: Mapping[str, npt.NDArray[Any]]) -> None:
-    """The unit of a gyro whose name says none: gravity that turns as it says, the unit of the
-    accelerometer beside it, or its noise, if a gyro can have that in one unit only."""
-    unsaid = [
-        guess
-        for guess in found
-        if guess.quantity == "gyro" and not guess.sure and guess.unit in ("deg/s", "rad/s")
-    ]
-    if not unsaid:
-        return
-    live = [one for one in unsaid if scatter_of(columns[one.name]) > 0] or unsaid
-    unit, how = by_gravity(unsaid, found, columns)
-    arw = arw_of(live, found, columns)
-    able = [one for one in ("deg/s", "rad/s") if arw and ARW[0] < arw * RATES[one] < ARW[1]]
-    metric = any(one.quantity == "accel" and one.unit == "m/s^2" for one in found)
-    if not unit and metric and (arw is None or "rad/s" in able):
-        unit, how = "rad/s", "the accelerometer in m/s^2 beside it"
-    elif not unit and not metric and len(able) == 1:
-        unit, how = able[0], f"its noise of {(arw or 0) * RATES[able[0]]:.2g} deg/sqrt(h)"
-    quiet = min(live, key=lambda one: scatter_of(columns[one.name]))
-    scatter = scatter_of(columns[quiet.name])
-    if not unit and arw is None and not SCATTER[0] < scatter < SCATTER[1]:
-        unit = quiet.unit
-    for one in unsaid:
-        one.unit, one.by = unit or quiet.unit, f"by {how}" * bool(how)
-        one.factor = RATES[one.unit]
-        if not unit:
-            said = (
-                f"in deg/s, its angle random walk would be {arw:.2g} deg/sqrt(h), in rad/s "
-                f"{arw * RATES['rad/s']:.2g}"
-                if arw
-                else "the record has no evidence for one"
-            )
-            one.doubt = (
-                f"the unit of the gyro is not known ({said}). Use --unit gyro=rad/s or --unit "
-                "gyro=deg/s"
-            )
-
-
-def scatter_of(values: npt.NDArray[Any]) -> float:
-    return float(np.std(np.diff(np.asarray(values, float))) / np.sqrt(2))
-
-
-def arw_of(
-    gyros: list[Guess], found: list[Guess], columns: Mapping[str, npt.NDArray[Any]]
-) -> float | None:
-    """The quietest axis's angle random walk in deg/sqrt(h) if it is in deg/s, from the usual
-    difference of neighbouring means over 1 s, which no filter of the sensor takes away. None
-    without a time, or below 20 s; 0 where means over 2 and 4 s do not agree: it is no white noise,
-    but motion."""
-    time = next((one for one in found if one.quantity == "time"), None)
-    if time is None:
-        return None
-    seconds = np.asarray(columns[time.name], float) * time.factor
-    span = float(seconds[-1] - seconds[0])
-    if not span > ARW_LEAST_S:
-        return None
-    usual = [
-        min(usual_step(np.asarray(columns[one.name], float), span, tau_s) for one in gyros)
-        for tau_s in ARW_TAUS_S
-    ]
-    return usual[0] if max(usual) < ARW_AGREES * min(usual) else 0.0
-
-
-def usual_step(x: Floats, span_s: float, tau_s: float) -> float:
-    """60 sqrt(tau) times the Allan deviation, from the median of the differences of means."""
-    together = max(1, round(len(x) * tau_s / span_s))
-    count = len(x) // together
-    means = x[: count * together].reshape(count, together).mean(axis=1)
-    usual = float(np.median(np.abs(np.diff(means)))) / HALF_OF_NORMAL
-    return 60 * usual / float(np.sqrt(2)) * float(np.sqrt(span_s / count))
-
-
-def by_gravity(
-    gyros: list[Guess], found: list[Guess], columns: Mapping[str, npt.NDArray[Any]]
-) -> tuple[str, str]:
-    """(unit, what says it): the direction u of gravity in the sensor turns by -w x u a second, w in
-    rad/s. ("", "") where it does not turn enough, or not as the gyro says."""
-    time = next((one for one in found if one.quantity == "time"), None)
-    force = {one.axis: one for one in found if one.quantity == "accel"}
-    rate = {one.axis: one for one in gyros}
-    if time is None or set(force) != set("xyz") or set(rate) != set("xyz"):
-        return "", ""
-    seconds = np.asarray(columns[time.name], float) * time.factor
-    w, a = (
-        np.array([columns[of[axis].name] * of[axis].factor for axis in "xyz"], float)
-        for of in ({axis: replace(one, factor=1.0) for axis, one in rate.items()}, force)
-    )
-    step = float(np.median(np.diff(seconds))) if len(seconds) > 1 else 0.0
-    together = int(GRAVITY_S / step) if step > 0 else 0
-    if not 1 <= together <= a.shape[1] // 4:
-        return "", ""
-    count = a.shape[1] // together
-    a, w = (x[:, : count * together].reshape(3, count, together).mean(axis=2) for x in (a, w))
-    u = a / np.maximum(np.linalg.norm(a, axis=0), 1e-12)
-    middle, between = (u[:, 1:] + u[:, :-1]) / 2, (w[:, 1:] + w[:, :-1]) / 2
-    said = -np.cross(between, middle, axis=0) * together * step
-    turned = np.diff(u, axis=1)
-    if np.linalg.norm(turned, axis=0).sum() < TURNED_RAD:
-        return "", ""
-    both = float(np.sum(said * turned))
-    sizes = float(np.sum(said**2)), float(np.sum(turned**2))
-    if both**2 < GRAVITY_AGREES * sizes[0] * sizes[1]:
-        return "", ""
-    slope = abs(both) / sizes[0]
-    for unit, factor in (("rad/s", 1.0), ("deg/s", np.pi / 180)):
-        if 0.5 < slope / factor < 2:
-            return unit, f"gravity, which turns as it says (slope {slope / factor:.2f})"
-    return "", ""
