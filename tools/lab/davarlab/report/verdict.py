@@ -89,10 +89,10 @@ def adequacy(judgement: Judgement) -> str:
         )
     if judgement.adequacy == "practical":
         return f"The model fits{reach(judgement)}: {small(judgement)} {confirmed(judgement)}"
+    if misread_alone(judgement) and judgement.reading:
+        return f"The model does not fit. {misread(judgement.reading)}"
     if judgement.largest and abs(judgement.largest["percent"]) > 5:
         return f"The model does not fit. {proven(judgement.largest)}"
-    if judgement.reading and judgement.misread:
-        return f"The model does not fit. {misread(judgement.reading)}"
     error = (
         "The model does not fit. "
         f"Its error is {judgement.error / judgement.floor:.2f} times that of a true model."
@@ -120,6 +120,10 @@ def headline(
     if judgement.adequate:
         tolerance = "" if judgement.adequacy == "statistical" else "within 5 % "
         return "The model", "fits", f"{tolerance}{brief_reach(judgement)}".replace(" ,", ",")
+    if misread_alone(judgement) and judgement.reading:
+        ratio = judgement.reading.ratio
+        far = words.away(ratio) if 1e-3 < ratio < 1e3 else "more than 1000\N{MULTIPLICATION SIGN}"
+        return "The angle random walk is off by", far, ""
     if not known:
         return "Something is missing that", "no known effect", "explains"
     start, stop, tau = worst["start_s"], worst["stop_s"], words.brief(worst["tau_s"])
@@ -248,6 +252,12 @@ def superfluous(kinds: Sequence[str], entries: Sequence[Entry]) -> list[str]:
         f"{capital(listed(found))} may be absent, as the 95 % interval shows. Remove {which} from "
         "the model file and fit again."
     ]
+
+
+def misread_alone(judgement: Judgement) -> bool:
+    """Does a model fail by its angle random walk alone, with each Allan deviation within 5 %."""
+    largest = judgement.largest
+    return judgement.misread and not (largest and abs(largest["percent"]) > 5)
 
 
 def misread(reading: Reading) -> str:
