@@ -62,7 +62,7 @@ def values(draw, parameter):
     if parameter.values:
         return draw(st.sampled_from(parameter.values))
     if parameter.form:
-        return draw(COURSES if parameter.name == "course_hz" else COLUMNS)
+        return draw(COURSES if parameter.name.endswith("_hz") else COLUMNS)
     low, high = max(parameter.low, -1e99), min(parameter.high, 1e99)
     if parameter.whole:
         return float(draw(st.integers(math.ceil(low), math.floor(min(high, 1e15)))))

@@ -138,7 +138,7 @@ def test_numbers_of_a_model_file_are_allan_deviations():
 
 
 def test_a_file_is_read_as_it_was_written():
-    words = {"column": "x", "course_hz": "0.1 0.2 0.2 0.1"}
+    words = {"column": "x", **dict.fromkeys(("course_hz", "apart_hz"), "0.1 0.2 0.2 0.1")}
     for kind in table.TABLE:
         effect = table.find(kind)
         values = {

@@ -1,5 +1,5 @@
-"""Lines that drift or are there for a while, and steps of the bias: against brute force and
-simulations with numpy.
+"""Lines that drift, that follow a logged column or are there for a while, and steps of the bias:
+against brute force and simulations with numpy.
 """
 
 import re
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from awkward import band
 from davarlab import model, simulate
-from davarlab.candidates import drifting, intermittent, steps
+from davarlab.candidates import drifting, intermittent, lines, steps
 from davarlab.candidates.candidate import Candidate
 from davarlab.data import signals
 from davarlab.diagnosis import improve
@@ -69,6 +69,56 @@ def test_a_model_with_a_course_is_simulated_found_and_explains(lab):
     assert run("compare", recording, "-m", lab.work / better).returncode == 0
 
 
+def with_a_rotor(seed, amplitude, multiple=1 / 60, logged=lambda rpm, rng: rpm, seconds=600):
+    """A line at a multiple of a speed that wanders by half, and the speed as it is logged."""
+    rng, count = np.random.default_rng([seed, 31]), int(RATE * seconds)
+    marks = np.linspace(0, count, seconds // 30)
+    rpm = interpolate.CubicSpline(marks, rng.uniform(1500, 2300, len(marks)))(np.arange(count))
+    turns = multiple * np.cumsum(rpm) / RATE
+    made = lab_bench.of_gyro(
+        0.03 * rng.standard_normal(count) + amplitude * np.sin(2 * np.pi * turns + 1), RATE
+    )
+    made.columns["rpm"] = logged(rpm, rng)
+    made.columns["supply_V"] = 5 - np.linspace(0, 0.1, count) + 0.002 * rng.standard_normal(count)
+    made.columns["load"] = 0.05 * np.cumsum(rng.standard_normal(count))
+    return made
+
+
+ROTORS = {
+    "weak": {"amplitude": 0.004},
+    "an alias": {"amplitude": 0.02, "multiple": 4 / 60},
+    "a noisy speed": {
+        "amplitude": 0.02,
+        "logged": lambda rpm, rng: rpm + 20 * rng.standard_normal(len(rpm)),
+    },
+    "a speed ten times slower": {
+        "amplitude": 0.02,
+        "logged": lambda rpm, rng: np.repeat(rpm[::10], 10),
+    },
+}
+
+
+@pytest.mark.parametrize("name", ROTORS)
+def test_a_line_that_turns_with_a_column_is_named_with_its_multiple(name):
+    row = ROTORS[name]
+    made = with_a_rotor(4, **row)
+    found = improve.improve(made, model.first(RATE, "gyro_z_dps"))
+    assert (found.added, found.judgement.adequate) == (["line_follows"], True)
+    entry = found.estimates[-1]
+    assert entry["column"].value == "rpm"
+    assert entry["multiple"].value == pytest.approx(row.get("multiple", 1 / 60), rel=1e-3)
+    assert entry["amplitude_dps"].value == pytest.approx(row["amplitude"], rel=0.15)
+    again = improve.fit(made, found.model)
+    assert again[0].judgement.adequate  # the model file says all of it
+
+
+def test_a_steady_line_turns_with_no_column():
+    made = with_a_rotor(5, 0.0)
+    made.columns["gyro_z_dps"] += 0.02 * np.sin(2 * np.pi * 31.3 * made.time_s)
+    found = improve.improve(made, model.first(RATE, "gyro_z_dps"))
+    assert found.added == ["sinusoid"]
+
+
 def test_the_score_of_a_step_by_least_squares():
     rng, n = np.random.default_rng(1), 400
     level = 1 + 30 / np.arange(1, n) ** 1.3
@@ -99,11 +149,23 @@ def visit_by_chance(seed, _, n=20000):
     return np.log(TRIES.of_visit * n * gain**2) - gain
 
 
+def multiple_by_chance(seed, _):
+    """log p of the strongest line that turns with a column, in white noise."""
+    made, white = with_a_rotor(seed, 0.0, seconds=300), [Part("angle_random_walk")]
+    bench = Bench(made, made.columns["gyro_z_dps"])
+    found = lines.with_a_column(bench, white, bench.fit(white))
+    return found.log_p if found else 0.0
+
+
 @pytest.mark.parametrize(
     "log_p, tilt, tries",
-    [*((step_by_chance, tilt, 200) for tilt in (0.0, 1.0, 2.0)), (visit_by_chance, 0, 60)],
+    [
+        *((step_by_chance, tilt, 200) for tilt in (0.0, 1.0, 2.0)),
+        (visit_by_chance, 0, 60),
+        (multiple_by_chance, 0, 60),
+    ],
 )
-def test_the_chance_of_a_step_or_of_a_line_for_a_while_holds(log_p, tilt, tries):
+def test_the_chance_of_a_step_or_of_a_line_that_comes_or_turns_holds(log_p, tilt, tries):
     hits = sum(log_p(seed, tilt) < np.log(0.05) for seed in range(tries))
     assert hits < stats.binom.ppf(0.999, tries, 0.05)
 

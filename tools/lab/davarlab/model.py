@@ -131,7 +131,7 @@ def parsed(text: str, path: StrPath) -> dict[str, Any]:
 def check_lines(terms: Iterable[Term], rate_hz: float | None, where: StrPath) -> None:
     """A line above half the sample rate cannot be told from its alias below."""
     for term in terms:
-        if term.kind not in TURNING:
+        if term.kind not in TURNING or term.kind == "line_follows":  # of a column, aliases too
             continue
         name = "course_hz" if term.kind == "drifting_line" else "frequency_hz"
         highest = (
@@ -306,7 +306,7 @@ def of(data: dict[str, Any], path: StrPath) -> Model:
     check_lines(terms, rate, path)
     check_filters(terms, rate, path)
     for term in terms:
-        if term.kind in ("follows", "noise_follows") and term.parameters["column"] == column:
+        if "column" in term.parameters and term.parameters["column"] == column:
             raise BadInput(f"{path}: {term.kind}: {column} cannot follow itself")
         if term.kind == "noise_follows":
             ends = term.parameters["origin"], term.parameters["reference"]

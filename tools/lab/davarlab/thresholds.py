@@ -266,6 +266,7 @@ class Search:
             "narrow_band": 16,
             "intermittent_line": 4,
             "drifting_line": 4,
+            "line_follows": 4,
             "bias_step": 4,
         },
         "effects",
@@ -377,6 +378,12 @@ class Tries:
         "per column: 400 of them with three columns (DESIGN 4)",
         "of an effect on a column: alone, or where the temperature is in the model already",
     )
+    of_multiple: float = of(
+        3.1,
+        "tries per turn",
+        "measured on 120 records of white noise with 20 000 and 120 000 samples (DESIGN 4)",
+        "of a line at a multiple of a column, of multiple_highest turns per sample",
+    )
     of_visit: float = of(
         4.0,
         "tries per sample",
@@ -398,6 +405,15 @@ class Line:
         "how far from a sharp line another one is a line of its own, with apart_bins",
     )
     apart_bins: int = of(20, "half bins", "choice", "added to apart")
+    multiple_highest: int = of(
+        2, "times the sample rate", "choice", "frequency of a line at a multiple of a column"
+    )
+    multiple_moves: float = of(
+        2.0,
+        "turns",
+        "choice",
+        "between such a line and a steady one of the same mean, below which it is a steady one",
+    )
     slow_turns: float = of(
         8.0, "turns in the record", "choice", "below which the noise is fitted beside each cycle"
     )

@@ -23,7 +23,20 @@ def beside_zero(w: Floats, low: float, high: float) -> tuple[Complexes, Floats]:
     spectrum = fft.rfft(w)
     signals.forget_plans(len(w))
     first, last = int(low * len(w)), int(high * len(w))
-    part = fft.ifftshift(spectrum[first:last])
+    return slower(w, spectrum[first:last])
+
+
+def about_turns(w: Floats, turns: Floats) -> tuple[Complexes, Floats]:
+    """The same about a line of that phase, which it has then at frequency 0."""
+    spectrum = fft.fft(w * np.exp(-2j * np.pi * turns))
+    signals.forget_plans(len(w))
+    reach = int(DRIFT.reach * len(w))
+    return slower(w, np.concatenate([spectrum[-reach:], spectrum[:reach]]))
+
+
+def slower(w: Floats, about: Complexes) -> tuple[Complexes, Floats]:
+    """(ordinates of w as its course at a lower rate, times in samples)."""
+    part = fft.ifftshift(about)
     z = fft.ifft(part) * np.sqrt(len(part) / len(w))
     return z, np.arange(len(part)) * len(w) / len(part)
 
@@ -121,6 +134,11 @@ def followed(z: Complexes, time: Floats, last: float) -> tuple[float, Floats] | 
     return best
 
 
+def as_words(course: Floats) -> str:
+    """The knots of a course as a model file has them."""
+    return " ".join(f"{one:.9g}" for one in course)
+
+
 def search(
     bench: Bench, parts: Sequence[Part], fit: Fit, band: Candidate | None
 ) -> Candidate | None:
@@ -141,8 +159,7 @@ def search(
     course = (int(low * len(w)) + len(z) // 2) / len(w) + found[1]
     if not (course > 0).all() or np.ptp(course) * len(w) < DRIFT.turns_least:
         return None
-    words = " ".join(f"{one:.9g}" for one in course * rate)
-    part = Part(KIND, {"course_hz": words})
+    part = Part(KIND, {"course_hz": as_words(course * rate)})
     full = bench.fit([*parts, part])
     gain = full.log_likelihood - fit.log_likelihood
     price = np.log(len(w)) * (len(course) + 2)

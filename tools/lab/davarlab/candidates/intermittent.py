@@ -7,6 +7,7 @@ from scipy import fft
 
 from ..arrays import Complexes, Floats
 from ..data import signals
+from ..effects import columns
 from ..effects.means import course_hz
 from ..inference.parts import Bench, Part
 from ..inference.whittle import Fit
@@ -116,9 +117,13 @@ def search(bench: Bench, parts: Sequence[Part], fit: Fit) -> tuple[Part, float, 
     w, rate = bench.residual(parts, fit), bench.recording.rate_hz
     bands = [part.shape for part in parts if part.kind == "narrow_band"]
     reach = [(band["frequency_hz"], LINE.within_band * band["half_width_hz"]) for band in bands]
-    for part in parts:
-        if part.kind == "drifting_line":  # what is left of it here and there
-            course = course_hz(part.shape)
+    for part in parts:  # what is left of a line that moves, here and there
+        if part.kind in ("drifting_line", "line_follows"):
+            course = (
+                course_hz(part.shape)
+                if part.kind == "drifting_line"
+                else columns.aliases_hz(bench.recording, part.shape)
+            )
             off = np.ptp(course) / 2 + LINE.beside_course * rate
             reach.append((float(course.max() + course.min()) / 2, float(off)))
     gain, nu, low, high = strongest(w, [((f - off) / rate, (f + off) / rate) for f, off in reach])

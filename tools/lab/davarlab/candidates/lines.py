@@ -1,17 +1,21 @@
-"""Lines, sharp and with a width: where the whitened residual stands above its surroundings
-(DESIGN 4)."""
+"""Lines, sharp, with a width and with a logged column: where the whitened residual stands above its
+surroundings (DESIGN 4)."""
 
 from collections.abc import Callable, Sequence
 
 import numpy as np
+import scipy
 from scipy import fft
 
 from ..arrays import Floats
 from ..data import signals
+from ..data.recording import Recording
+from ..effects import columns
 from ..inference import modulation, refine
 from ..inference.parts import Bench, Part
 from ..inference.whittle import Fit
-from ..thresholds import LINE
+from ..thresholds import DRIFT, LINE, TRIES
+from . import drifting
 from .candidate import Candidate, log_tail_of_line
 
 
@@ -146,3 +150,78 @@ def wide(
         if best is None or gain > best.gain:
             best = Candidate("narrow_band", part, gain, log_tail_of_line(part, gain, bench.data))
     return best
+
+
+def speeds(recording: Recording) -> list[str]:
+    """The columns that may be the speed of a machine: of one sign, and not of a gyro."""
+    found = []
+    for name in columns.may_follow(recording):
+        low, high = recording.columns[name].min(), recording.columns[name].max()
+        if not name.startswith("gyro_") and (low >= 0 or high <= 0):
+            found.append(name)
+    return found
+
+
+def with_a_column(bench: Bench, parts: Sequence[Part], fit: Fit) -> Candidate | None:
+    """The line at a multiple of a logged column that gains most, also of one above half the sample
+    rate; None where nothing stands out."""
+    names, w = speeds(bench.recording), bench.residual(parts, fit)
+    places = [one for name in names if (one := multiple_of(bench, parts, w, name))]
+    if not places:
+        return None
+    _, name, multiple = max(places)
+    price = np.log(TRIES.of_multiple * LINE.multiple_highest * len(w) * len(names))
+    plain = Part("line_follows", {"column": name, "multiple": multiple, "apart_hz": ""})
+    tried = [(plain, price)]
+    z, time = drifting.about_turns(w, multiple * columns.turns(bench.recording, name))
+    followed = drifting.followed(z, time, len(w) - 1.0)
+    if followed is not None:
+        words = drifting.as_words(followed[1] * bench.recording.rate_hz)
+        tried.append((plain.moved("apart_hz", words), price + np.log(len(w)) * len(followed[1])))
+    found = []
+    for part, price in tried:
+        gain = bench.fit([*parts, part], near=fit.level).log_likelihood - fit.log_likelihood
+        bench.forget(part)
+        found.append(Candidate(part.kind, part, gain, min(0.0, float(price - max(gain, 0.0)))))
+    return min(found, key=lambda one: one.log_p)
+
+
+def multiple_of(
+    bench: Bench, parts: Sequence[Part], w: Floats, name: str
+) -> tuple[float, str, float] | None:
+    """(power, column, multiple) of the strongest line at a multiple of one column, where the column
+    moves enough that the line is no steady one. The transform over the turns of the column: each
+    sample is spread over the two places of an even grid that it lies between."""
+    turns = np.abs(columns.turns(bench.recording, name))
+    if turns[-1] <= 0:
+        return None
+    highest = LINE.multiple_highest * len(w)  # turns in the record
+    points = fft.next_fast_len(8 * highest, real=True)
+    place = turns * (points / (2 * turns[-1]))
+    first = place.astype(int)
+    grid = np.bincount(first, w * (first + 1 - place), points) + np.bincount(
+        first + 1, w * (place - first), points
+    )
+    power = np.abs(fft.rfft(grid.astype(np.float32))[: 2 * highest])
+    signals.forget_plans(points)
+    np.square(power, out=power)
+    power /= len(w)
+    steady = np.linspace(0.0, turns[-1], len(turns))
+    moved = float(np.ptp(turns - steady)) / turns[-1]  # of the turns in the record
+    power[: max(2 * LINE.visit_turns, int(2 * LINE.multiple_moves / max(moved, 1e-12)))] = 0
+    for known in [one for one in parts if one.kind == "line_follows"]:
+        if known.shape["column"] == name:
+            at, reach = 2 * known.shape["multiple"] * turns[-1], int(2 * DRIFT.reach * len(w))
+            power[max(0, int(at) - reach) : int(at) + reach + 1] = 0
+    peak = int(np.argmax(power))
+    if power[peak] < np.log(len(w)):  # chance, as nearly every time
+        return None
+    phase = turns / (2 * turns[-1])
+
+    def loss(half_turns: float) -> float:
+        return -float(np.abs(w @ np.exp(-2j * np.pi * half_turns * phase)) ** 2) / len(w)
+
+    best = scipy.optimize.minimize_scalar(
+        loss, bounds=(peak - 1, peak + 1), method="bounded", options={"xatol": 1e-3}
+    )
+    return -float(best.fun), name, float(best.x) / (2 * turns[-1])

@@ -467,6 +467,8 @@ def ranked(
         elif effect.kind == drifting.KIND:
             band = next((one for one in tried if one and one.kind == "narrow_band"), None)
             tried.append(drifting.search(bench, parts, fit, band))
+        elif effect.kind == "line_follows":
+            tried.append(lines.with_a_column(bench, parts, fit))
         elif effect.kind in SEARCHES:
             one = SEARCHES[effect.kind](bench, parts, fit)
             tried.append(Candidate(effect.kind, *one) if one else None)

@@ -11,6 +11,7 @@ from ..data import signals
 from ..data.recording import Recording
 from . import limits
 from .base import INFINITE, Effect, Parameter, Values, one_name
+from .means import COURSE_LEAST, knots, turns_of
 
 ANY = (-INFINITE, INFINITE)
 SOUGHT_TOGETHER = (
@@ -104,6 +105,42 @@ def hysteresis(recording: Recording, shape: Values) -> Floats:
 def follow(recording: Recording, shape: Values, denoised: bool = False) -> Floats:
     values = still(recording, shape["column"]) if denoised else recording.column(shape["column"])
     return lagged(values, recording.rate_hz, shape["lag_s"])
+
+
+def turns(recording: Recording, name: str) -> Floats:
+    """The integral of a column over time, from the first sample: revolutions, for a column in
+    revolutions per second. Worked out once."""
+    key = ("turns", name)
+    if key not in recording.measured:
+        recording.measured[key] = scipy.integrate.cumulative_trapezoid(
+            still(recording, name), recording.time_s, initial=0.0
+        )
+    found: Floats = recording.measured[key]
+    return found
+
+
+def are_knots(text: str) -> bool:
+    """Is a text the frequencies of knots."""
+    found = knots(text)
+    return len(found) >= COURSE_LEAST and bool(np.isfinite(found).all())
+
+
+def turning_with(recording: Recording, shape: Values, turn: float = 0.0) -> Floats:
+    """A line at a multiple of a column and by `apart_hz` apart from it, where that is not 0."""
+    name = shape["column"]
+    phase = shape["multiple"] * turns(recording, name) + turn
+    if shape["apart_hz"]:
+        time = recording.time_s
+        phase += turns_of(knots(shape["apart_hz"]), time, time[-1])
+    found: Floats = np.sin(2 * np.pi * phase) * (recording.column(name) != 0)
+    return found
+
+
+def aliases_hz(recording: Recording, shape: Values) -> Floats:
+    """Where the samples show a line at a multiple of a column."""
+    true = shape["multiple"] * still(recording, shape["column"])
+    found: Floats = np.abs(true - recording.rate_hz * np.round(true / recording.rate_hz))
+    return found
 
 
 def lags(recording: Recording) -> list[float]:
@@ -276,4 +313,28 @@ NOISE_FOLLOWS = Effect(
     "variance",
     "slope -1/2, higher while that column is",
     simulate=simulate_noise_follows,
+)
+LINE_FOLLOWS = Effect(
+    "line_follows",
+    "A spectral line whose frequency is a multiple of another logged column: the speed of a rotor "
+    "or a motor.",
+    (
+        Parameter("amplitude_dps", "deg/s", 0, INFINITE),
+        Parameter("column", "name of a column", *ANY, form=one_name),
+        Parameter("multiple", "Hz per unit of the column", 1e-9, 1e9, searched=True),
+        Parameter(
+            "apart_hz",
+            "frequencies in Hz by which the line is apart from it, at even times from the first "
+            "sample to the last, separated by spaces",
+            *ANY,
+            form=are_knots,
+            default="",
+            optional=True,
+            searched=True,
+        ),
+    ),
+    "Change that quantity alone. The line must move in proportion to it.",
+    "mean",
+    "a hump at 0.4 periods with ripples that change with that column",
+    regressor=turning_with,
 )

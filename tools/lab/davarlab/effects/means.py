@@ -13,7 +13,8 @@ from . import limits
 from .base import INFINITE, Effect, Parameter, Values, one_name
 
 ANY = (-INFINITE, INFINITE)
-TURNING = ("sinusoid", "intermittent_line", "drifting_line")  # with a sine and a cosine
+# Lines, whose course has a sine and a cosine.
+TURNING = ("sinusoid", "intermittent_line", "drifting_line", "line_follows")
 COURSE_LEAST = 4  # knots of the frequency of a drifting line
 AXIS = Parameter("axis", "x, y, z", *ANY, values=("x", "y", "z"))
 
@@ -39,12 +40,17 @@ def line_for_a_while(recording: Recording, shape: Values, turn: float = 0.0) -> 
     return found
 
 
+def knots(text: str) -> Floats:
+    """The numbers in a text; none where it has anything else."""
+    try:
+        return np.array([float(word) for word in text.split()])
+    except ValueError:
+        return np.zeros(0)
+
+
 def course_hz(shape: Values, where: str = "") -> Floats:
     """The frequencies of a drifting line at its knots. Raises BadInput for anything else."""
-    try:
-        found = np.array([float(word) for word in shape["course_hz"].split()])
-    except ValueError:
-        found = np.zeros(0)
+    found = knots(shape["course_hz"])
     if len(found) < COURSE_LEAST or not (found > 0).all() or not np.isfinite(found).all():
         raise BadInput(
             f"{where + ': ' * bool(where)}drifting_line: course_hz must be {COURSE_LEAST} or more "
@@ -57,8 +63,8 @@ def course_hz(shape: Values, where: str = "") -> Floats:
 def turns_of(course: Floats, time: Floats, last: float) -> Floats:
     """Turns since the first of these times of a line whose frequency passes through knots at even
     times up to the last one."""
-    knots = np.linspace(time[0], last, len(course))
-    found: Floats = scipy.interpolate.CubicSpline(knots, course).antiderivative()(time)
+    marks = np.linspace(time[0], last, len(course))
+    found: Floats = scipy.interpolate.CubicSpline(marks, course).antiderivative()(time)
     return found
 
 

@@ -33,6 +33,7 @@ TABLE = {
         columns.TEMPERATURE_NOISE,
         columns.FOLLOWS,
         columns.NOISE_FOLLOWS,
+        columns.LINE_FOLLOWS,
         means.INTERMITTENT_LINE,
         means.DRIFTING_LINE,
         means.BIAS_STEP,

@@ -23,6 +23,8 @@ NAMES = {
     "low_pass": "low pass of the sensor",
     "g_sensitivity": "g-sensitivity",
     "warm_up": "warm-up",
+    "noise_follows": "noise that follows a column",
+    "line_follows": "line that follows a column",
 }
 
 UNITS = ("dps", "s", "hz", "hour", "per")
@@ -43,8 +45,8 @@ def title(kind: str, parameters: Mapping[str, Any]) -> str:
         return "follows temp_degC"
     if kind == "follows":
         return f"follows {parameters['column']}"
-    if kind == "noise_follows":
-        return f"noise follows {parameters['column']}"
+    if kind in ("noise_follows", "line_follows"):
+        return f"{kind.replace('_', ' ')} {parameters['column']}"
     return name(kind)
 
 

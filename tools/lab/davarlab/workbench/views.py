@@ -22,6 +22,7 @@ from ..diagnosis import (
 from ..diagnosis.state import State
 from ..distributions import chi2_isf
 from ..effects import table
+from ..effects.means import TURNING
 from ..inference import allan
 from ..inference.estimate import superfluous
 from ..inference.parts import part_of, spectrum_of
@@ -38,7 +39,7 @@ CLOUD = 800  # of a column against another
 # Kinds of the same physics, which stand on one card of the page.
 FAMILY = {
     **dict.fromkeys(identifiable.HEAT, "heat"),
-    **dict.fromkeys(("sinusoid", "narrow_band", "intermittent_line", "drifting_line"), "line"),
+    **dict.fromkeys(("narrow_band", *TURNING), "line"),
     **dict.fromkeys(("gauss_markov", "telegraph_noise"), "slow noise"),
 }
 SHEET = ("angle_random_walk", "bias_instability", "rate_random_walk")  # what a data sheet gives
