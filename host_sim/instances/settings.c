@@ -21,6 +21,9 @@ bool settings_make(settings_t *settings, const options_t *options, sim_error_t *
 {
     davar_config_t *const config = &settings->config;
     const bool good = setup_configure(&options->setup, config, settings->taus, error);
+    if ((options->out == OUT_TABLE) && !options->setup.stride.given) {
+        config->stride = (config->window.longest >= 16U) ? config->window.longest / 8U : 1U;
+    }
     settings->is_centred = is_centred(options);
     config->full_scale = (options->full_scale > 0.0) ? options->full_scale : 1.0;
     if (settings->is_centred && !options->setup.grow.given) {

@@ -94,10 +94,11 @@ static bool read_mode(const option_t *option, const char *text, void *place, sim
 
 static bool read_out(const option_t *option, const char *text, void *place, sim_error_t *error)
 {
-    static const char *const WORDS[] = {"csv", "jsonl"};
+    static const char *const WORDS[] = {"csv", "jsonl", "table"};
     static const char *const LINKS[] = {"can:", "slcan:", "mavlink:", "dronecan:", "cyphal:"};
     options_t *const options = place;
     (void)option;
+    options->out_given = true;
     for (size_t i = 0; i < sizeof LINKS / sizeof LINKS[0]; i++) {
         if (strncmp(text, LINKS[i], strlen(LINKS[i])) == 0) {
             options->out = OUT_LINK;
@@ -105,16 +106,17 @@ static bool read_out(const option_t *option, const char *text, void *place, sim_
             return true;
         }
     }
-    for (size_t i = 0; i < 2U; i++) {
+    for (size_t i = 0; i < sizeof WORDS / sizeof WORDS[0]; i++) {
         if (strcmp(text, WORDS[i]) == 0) {
             options->out = (out_t)i;
             return true;
         }
     }
-    return sim_fail(error,
-                    "--out: one of csv, jsonl, can:IFACE, slcan:PATH, mavlink:.., dronecan:IFACE, "
-                    "cyphal:IFACE expected, found '%s'",
-                    text);
+    return sim_fail(
+        error,
+        "--out: one of csv, jsonl, table, can:IFACE, slcan:PATH, mavlink:.., dronecan:IFACE, "
+        "cyphal:IFACE expected, found '%s'",
+        text);
 }
 
 static bool read_name(const option_t *option, const char *text, void *place, sim_error_t *error)
@@ -198,11 +200,13 @@ static const option_t REACH[] = {
 
 static const option_t OUTPUT[] = {
     {.help = "Output"},
-    {"stride", "K", read_count, AT(setup.stride), "one result every K samples (default 1)"},
+    {"stride", "K", read_count, AT(setup.stride),
+     "one result every K samples (default 1; of a table,\na window in eight)"},
     {"engine", "auto|grid", read_choice, AT(setup.engine),
      "algorithm for strides: equal results, different cost"},
-    {"out", "csv|jsonl|can:IFACE|slcan:PATH", read_out, 0,
-     "format (default csv), or a CAN interface or tty\n"
+    {"out", "csv|jsonl|table|can:IFACE|slcan:PATH", read_out, 0,
+     "\n"
+     "format (default table on a terminal, else csv), or a CAN interface or tty\n"
      "for frames; slcan:pty creates a pty and prints its name\n"
      "  --out mavlink:udp:HOST:PORT|mavlink:serial:PATH|dronecan:IFACE|cyphal:IFACE\n"
      "messages of an autopilot (docs/DIALECTS.md)"},

@@ -4,6 +4,7 @@
 #include "davar_link.h"
 
 #include <stdlib.h>
+#include <unistd.h>
 
 static const davar_dialect_t *dialect_of(const options_t *options)
 {
@@ -61,6 +62,9 @@ command_status_t options_parse(options_t *options, int argc, char **argv, sim_er
 {
     *options = options_usual;
     const command_status_t status = command_read(&options_command, options, argc, argv, error);
+    if (!options->out_given && !options->details && (isatty(STDOUT_FILENO) == 1)) {
+        options->out = OUT_TABLE;
+    }
     return ((status == COMMAND_RUN) && !check(options, error)) ? COMMAND_BAD : status;
 }
 

@@ -20,6 +20,7 @@ typedef enum {
 typedef enum {
     OUT_CSV = 0,
     OUT_JSONL,
+    OUT_TABLE, /* for people */
     OUT_LINK, /* can:, slcan: or a dialect */
 } out_t;
 
@@ -41,6 +42,7 @@ typedef struct {
     arith_t arith;
     bool mode_given;
     window_mode_t mode;
+    bool out_given; /* otherwise a table on a terminal, and CSV elsewhere or with details */
     out_t out;
     const char *link;        /* for OUT_LINK: as in davar_link.h */
     const char *model_table; /* file with the table of the error model; null: none */

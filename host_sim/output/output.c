@@ -4,6 +4,7 @@
 #include "common/stop.h"
 #include "output/csv_out.h"
 #include "output/jsonl_out.h"
+#include "output/table_out.h"
 
 bool output_open(output_t *output, const options_t *options, const engine_t *engine,
                  const selection_t *selection, sim_error_t *error)
@@ -51,6 +52,14 @@ static bool is_withheld(const davar_result_t *result)
            !result->coefficient[DAVAR_ANGLE_RANDOM_WALK].present;
 }
 
+static void write_table(output_t *output, size_t channel, const epoch_row_t *row)
+{
+    if (output->rows == 1U) {
+        table_out_header(&output->text, row->floor != NULL);
+    }
+    table_out_row(&output->text, output->selection->name[channel], row);
+}
+
 bool output_row(output_t *output, size_t channel, const epoch_row_t *plain, sim_error_t *error)
 {
     davar_result_t own;
@@ -76,6 +85,9 @@ bool output_row(output_t *output, size_t channel, const epoch_row_t *plain, sim_
         return wire_out_result(&output->wire, channel, row, error);
     case OUT_JSONL:
         jsonl_out_row(&output->text, &output->fields, output->selection->name[channel], row);
+        break;
+    case OUT_TABLE:
+        write_table(output, channel, row);
         break;
     case OUT_CSV:
     default:

@@ -1,12 +1,17 @@
-"""The output of davar-sim: coefficients of known noise, JSON lines, pace, unstable windows."""
+"""The output of davar-sim: coefficients of known noise, JSON lines, a terminal, pace, unstable
+windows.
+"""
 
 import json
 import math
+import os
+import pty
+import subprocess
 import time
 
 import numpy as np
 import pytest
-from sim_case import SMALL_WINDOW, as_text, noise_rows, recording, results, sim, write
+from sim_case import PROGRAM, SMALL_WINDOW, as_text, noise_rows, recording, results, sim, write
 
 UNITS = {
     "arw": "deg_per_sqrt_h",
@@ -82,6 +87,59 @@ def test_json_lines_have_the_names_and_values_of_csv(tmp_path):
         for row, line in zip(rows, map(json.loads, lines), strict=True):
             assert line.pop("channel") == "gyro_x_dps"
             assert line == {name: float(text) if text else None for name, text in row.items()}
+
+
+# --- a terminal
+
+
+def on_a_terminal(*arguments):
+    """What the program prints there."""
+    reader, writer = pty.openpty()
+    with subprocess.Popen([PROGRAM, *map(str, arguments)], stdout=writer) as running:
+        os.close(writer)
+        pieces = []
+        try:
+            while piece := os.read(reader, 1 << 16):
+                pieces.append(piece)
+        except OSError:  # Linux: the program has ended
+            pass
+    os.close(reader)
+    assert running.returncode == 0
+    return b"".join(pieces).decode().replace("\r\n", "\n")
+
+
+def test_a_terminal_shows_a_table_with_units_of_the_values_that_csv_has(tmp_path):
+    """A window in eight results, unless --stride says otherwise."""
+    path = recording(tmp_path, 4000)
+    options = (path, *LSB, "--window-max", 800, "--bandwidth", "none", "--floor")
+    head, units, *lines = on_a_terminal(*options).splitlines()
+    assert (head.split()[:4], units.split()[:2]) == (
+        ["time", "channel", "ARW", "95"],
+        ["s", "deg/sqrt(h)"],
+    )
+    rows = results(*options, "--stride", 100)
+    assert len(lines) == len(rows) > 20
+    for line, row in zip(lines, rows, strict=True):
+        shown = line.split()
+        assert shown[:2] == [f"{float(row['time_s']):.2f}", "gyro_x_dps"]
+        wanted = [row[f"arw_{end}deg_per_sqrt_h"] for end in ("", "low_", "high_")]
+        if wanted[0]:
+            value, low, high = (f"{float(one):.4g}" for one in wanted)
+            assert shown[2:6] == [value, low, "to", high]
+        assert row["window_samples"] in shown[3:]
+    asked = on_a_terminal(*options, "--out", "csv", "--stride", 100)
+    assert asked == sim(*options, "--stride", 100).stdout
+    assert sim(*options, "--out", "table").stdout.splitlines() == [head, units, *lines]
+
+
+def test_the_table_says_why_a_result_has_no_angle_random_walk(tmp_path):
+    rng = np.random.default_rng(8)
+    rates = np.convolve(rng.normal(0, 0.3, 4019), np.ones(20) / 20, "valid")
+    rows = zip((f"{i / RATE_HZ:.2f}" for i in range(4000)), map(repr, rates.tolist()))
+    path = write(tmp_path / "rec.csv", as_text("time_s,gyro_x_dps", rows))
+    lines = sim(path, *LSB, "--out", "table", "--window-max", 800).stdout.splitlines()[2:]
+    assert all("hidden by a filter" in line or "< " in line or " to " in line for line in lines)
+    assert any(line.endswith("hidden by a filter") for line in lines)
 
 
 # --- pace and progress
