@@ -59,12 +59,12 @@ def test_misra_has_the_places_of_its_page(tmp_path):
     command = [word.replace("~", " ") for word in words.split()]
     output = run("cppcheck", *command, *c_library.FLAGS, "lib/src", "addons")
     places = {line for line in output.splitlines() if "misra-c2012-" in line}
-    page = (ROOT / "docs/MISRA.md").read_text()
+    page = (ROOT / "docs/quality/MISRA.md").read_text()
     rows = re.findall(r"^\| (\d+\.\d+) \| \w+ \| (\d+) \|", page, re.MULTILINE)
     assert places
     assert Counter(line.rsplit("-", 1)[1] for line in places) == {
         rule: int(count) for rule, count in rows
-    }, "docs/MISRA.md has other numbers"
+    }, "docs/quality/MISRA.md has other numbers"
 
 
 @functools.cache

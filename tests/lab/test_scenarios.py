@@ -1,5 +1,5 @@
 """Recordings with a known truth, and what davarlab must find beside ARW 0.3 deg/sqrt(h) and bias
-instability 5 deg/h, and nothing else: one table. Short ones; docs/lab_benchmark.md has the
+instability 5 deg/h, and nothing else: one table. Short ones; docs/quality/lab_benchmark.md has the
 statistics in full.
 """
 

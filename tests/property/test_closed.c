@@ -1,6 +1,7 @@
 /* davar tests - every sequence of pushes, gaps, saves and resets, for small windows. The search is
  * breadth first, merges equal states, and compares each with small_window.h. Most rows end because
- * no new state appears: then sequences of any length are covered. docs/PROOFS.md has the argument.
+ * no new state appears: then sequences of any length are covered. The argument:
+ * docs/quality/PROOFS.md.
  *
  * `test_closed long` checks larger windows, for minutes. */
 #include "davar_law_id.h"
@@ -24,7 +25,7 @@
 /* Which builds check a row. */
 typedef enum { ALWAYS, RELEASE, LONG } effort_t;
 
-/* One row of the table in docs/PROOFS.md. */
+/* One row of the table in docs/quality/PROOFS.md. */
 typedef struct {
     const davar_law_t *law;
     const uint32_t *taus; /* as many as fit into the window */

@@ -1,7 +1,7 @@
 """The numbers that decide, in one frozen table: one name, one meaning, a unit and a source each.
 
 A source is a chapter or formula of tools/lab/DESIGN.md, or a measurement. "choice" marks a number
-that was set by judgement. The benchmarks of docs/lab_benchmark.md were measured with it."""
+that was set by judgement. The benchmarks of docs/quality/lab_benchmark.md were measured with it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -346,7 +346,7 @@ class Tries:
         "measured on 240 recordings of 2 h, rounded up in the second digit; raised when they "
         "gained variants: temperature_rate, vibration_noise, vibration_rectification; not "
         "measured: angle_random_walk and bias_instability (in every model there), filters (a "
-        "bound). docs/lab_benchmark.md has a later check on 100 recordings",
+        "bound). docs/quality/lab_benchmark.md has a later check on 100 recordings",
         "of a kind; of a line per sample",
     )
     of_own_effect: float = of(3.0, "tries", "choice", "of an effect of one's own")
