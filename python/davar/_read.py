@@ -60,14 +60,14 @@ def read(path: "str | os.PathLike[str]", sensor: str | None = None) -> Recording
 
     Args:
         path: CSV, plain or gzip: optional `# key: value` lines, a header row, then numbers. PX4
-            ULog, ArduPilot DataFlash, ROS bags, MCAP, MATLAB, NumPy and Parquet need the extra lab
-            (pip install "davar[lab]").
+            ULog, ArduPilot DataFlash, ROS bags, MCAP, MATLAB, NumPy and Parquet need the extras lab
+            and logs (pip install "davar[lab,logs]").
         sensor: selects one if a log has several.
 
     Raises:
         ValueError: the message names file, line and column.
         OSError: a file cannot be read.
-        ImportError: the extra is not installed.
+        ImportError: an extra is not installed.
     """
     name = os.fspath(path)
     if os.path.isdir(name):
@@ -88,12 +88,14 @@ def of_log(path: str, sensor: str | None) -> Recording:
     absent = lab.missing()
     if absent:
         raise ImportError(f"{path}: not CSV; other logs need the extra lab ({lab.said(absent)})")
-    from davarlab.errors import BadInput
+    from davarlab.errors import BadInput, NotInstalled
     from davarlab.logs import formats
     from davarlab.logs.options import Options
 
     try:
         found = formats.samples(path, Options(sensor=sensor))
+    except NotInstalled as why:
+        raise ImportError(str(why)) from None
     except BadInput as why:
         raise ValueError(str(why)) from None
     columns = {name: np.asarray(column) for name, column in found.columns.items()}

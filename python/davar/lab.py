@@ -2,6 +2,7 @@
 installed.
 """
 
+import re
 import sys
 from importlib.metadata import PackageNotFoundError, requires, version
 
@@ -9,7 +10,8 @@ from importlib.metadata import PackageNotFoundError, requires, version
 def wanted(requirement: str) -> str:
     """The package name of a requirement of the extra lab; "" for others."""
     name, _, marker = requirement.partition(";")
-    return name.split("=")[0].split(">")[0].strip() if "extra" in marker and "lab" in marker else ""
+    of_lab = re.search(r"""extra == ["']lab["']""", marker)
+    return re.split(r"[^\w.-]", name)[0] if of_lab else ""
 
 
 def missing() -> list[str]:

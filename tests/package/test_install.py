@@ -15,6 +15,8 @@ from pathlib import Path
 import davarlab
 import pytest
 import together
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 from together import davar
 
 VERSION = ".".join(
@@ -37,6 +39,13 @@ column = "%s"
 [[effect]]
 kind = "angle_random_walk"
 coefficient_deg_per_sqrt_h = 0.3
+"""
+ABSENT = """import sys
+class Absent:
+    def find_spec(self, name, path=None, target=None):
+        if name.split(".")[0] in %r:
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+sys.meta_path.insert(0, Absent())
 """
 IN_WHEEL = (
     "davar/py.typed",
@@ -80,12 +89,52 @@ def test_the_sdist_has_no_tests_and_no_build(wheel):
     assert not {"tests", "build", ".git"} & folders
 
 
-def test_the_extra_is_the_pins_of_the_workbench():
+def test_the_extras_are_ranges_that_contain_what_the_tests_run_with():
     pins = (together.ROOT / "tools/requirements-lab.txt").read_text().split()
-    wanted = importlib.metadata.requires("davar")
-    assert sorted(one.split(";")[0].strip() for one in wanted if "extra" in one) == sorted(pins)
-    assert [one.split(">")[0] for one in wanted if "extra" not in one] == ["numpy"]
+    pinned = {
+        canonicalize_name(name): version for name, version in (one.split("==") for one in pins)
+    }
+    wanted = [Requirement(one) for one in importlib.metadata.requires("davar")]
+    assert [one.name for one in wanted if not one.marker] == ["numpy"]
+    for one in wanted:
+        if one.name != "davar":
+            assert one.specifier.contains(pinned[canonicalize_name(one.name)]), str(one)
+            assert "==" not in str(one.specifier), str(one)
     assert importlib.metadata.version("davar") == VERSION
+
+
+def extra_of(name):
+    """Packages of an extra, that no other of `lab` has."""
+    wanted = map(Requirement, importlib.metadata.requires("davar"))
+    named = [one for one in wanted if one.marker and one.name != "davar"]
+    of = {one.name for one in named if one.marker.evaluate({"extra": name})}
+    return of - {one.name for one in named if one.marker.evaluate({"extra": "lab"})}
+
+
+def test_the_extra_lab_alone_runs_davarlab_and_the_others_are_named(wheel, tmp_path):
+    """Every module of the other extras is as if it were not installed."""
+    absent = {name for extra in ("logs", "wire", "fleet", "plots") for name in extra_of(extra)}
+    assert {"rosbags", "dask", "matplotlib", "pycyphal"} <= absent
+    (tmp_path / "sitecustomize.py").write_text(ABSENT % absent)
+
+    def lab(*words, status=0):
+        done = run([wheel.site / "bin/davarlab", *words], tmp_path, tmp_path, wheel.site)
+        assert done.returncode == status, done.stderr
+        return done.stdout + done.stderr
+
+    scenario = (together.ROOT / "data/tutorial_sensor.toml").read_text().replace("7200", "300")
+    (tmp_path / "s.toml").write_text(scenario)
+    lab("simulate", "s.toml", "-o", "rec.csv")
+    assert "angle_random_walk" in lab("fit", "rec.csv", "-o", "m.toml")
+    lab("compare", "rec.csv", "-m", "m.toml", "--report", "r.html")
+    (tmp_path / "log.bag").write_bytes(b"#ROSBAG V2.0\n" + bytes(40))
+    for extra, words in {
+        "logs": ("fit", "log.bag"),
+        "plots": ("plot", "rec.csv", "-m", "m.toml", "-o", "p.png"),
+        "fleet": ("fleet", "run", "f.toml", "-o", "out"),
+        "wire": ("live", "cyphal:vcan0", "--out", "live.csv"),
+    }.items():
+        assert re.search(rf'not installed; pip install "davar\[{extra}\]"', lab(*words, status=2))
 
 
 def test_the_tested_package_is_outside_of_the_checkout():

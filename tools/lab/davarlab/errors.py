@@ -1,10 +1,12 @@
 """What went wrong, in one line: by a person, or by this program."""
 
+import contextlib
 import errno
 import os
 import sys
 import sysconfig
 import traceback
+from collections.abc import Iterator
 from pathlib import Path
 
 TRACEBACK = "DAVAR_LAB_TRACEBACK"
@@ -17,6 +19,21 @@ class BadInput(Exception):
 
 class Moving(BadInput):
     """A recording that moves most of the time."""
+
+
+class NotInstalled(BadInput):
+    """A library of an extra of the Python distribution."""
+
+
+@contextlib.contextmanager
+def of_extra(extra: str) -> Iterator[None]:
+    """For the import of a library of an extra. Raises NotInstalled where it is absent."""
+    try:
+        yield
+    except ModuleNotFoundError as why:
+        raise NotInstalled(
+            f'{(why.name or "").split(".")[0]} is not installed; pip install "davar[{extra}]"'
+        ) from None
 
 
 def printable(text: object) -> str:

@@ -9,7 +9,7 @@ from ..data.recording import Recording
 from ..diagnosis import compare, evidence, fitting, improve
 from ..diagnosis.judge import Judgement
 from ..diagnosis.state import Judged, Progress
-from ..errors import BadInput
+from ..errors import BadInput, of_extra
 from ..report import terminal, values, verdict, words
 from .shared import (
     AXES,
@@ -250,7 +250,8 @@ def improve_one(options: argparse.Namespace) -> One:
 
 def run_plot(options: argparse.Namespace) -> int:
     files.check_ending(options.output, (".png", ".pdf", ".svg"))
-    from ..report import plot
+    with of_extra("plots"):
+        from ..report import plot
 
     recording, model = load(options)
     found = compare.compare(recording, model, progress_of(options))

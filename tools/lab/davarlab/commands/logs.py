@@ -4,7 +4,7 @@ import argparse
 
 from .. import files
 from ..data import plausible
-from ..errors import BadInput
+from ..errors import BadInput, of_extra
 from ..logs import formats
 from . import option_types
 from .shared import (
@@ -80,7 +80,8 @@ def run_open(options: argparse.Namespace) -> int:
 
 
 def run_fleet(options: argparse.Namespace) -> int:
-    from davarfleet import command  # Dask is needed here only
+    with of_extra("fleet"):
+        from davarfleet import command  # Dask is needed here only
 
     status: int = command.run(options, progress, emit)
     return status

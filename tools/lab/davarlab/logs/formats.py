@@ -15,7 +15,7 @@ from ..arrays import Ints
 from ..data import clock, plausible
 from ..data import recording as recordings
 from ..data.recording import Recording
-from ..errors import BadInput
+from ..errors import BadInput, of_extra
 from ..files import StrPath
 from ..tables import table as tables
 from . import sensor as sensors
@@ -34,9 +34,14 @@ Result = TypeVar("Result")
 def by(module: str, name: str) -> Reader:
     """A reader of this room: path, Options -> a log with its sensors and read(name). Its library is
     loaded when it is needed."""
-    return lambda path, options: getattr(importlib.import_module("." + module, __package__), name)(
-        path, options
-    )
+
+    def read(path: StrPath, options: Options) -> Log:
+        with of_extra("logs"):
+            room = importlib.import_module("." + module, __package__)
+        log: Log = getattr(room, name)(path, options)
+        return log
+
+    return read
 
 
 ROS, HDF5_FILE = by("ros", "Log"), by("matlab", "hdf5")

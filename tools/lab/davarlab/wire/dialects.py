@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from .. import places
-from ..errors import BadInput
+from ..errors import BadInput, of_extra
 from .frames import BASE, Channel, Faults, Receiver, Result
 from .raw import Sample
 from .record import FLOOR
@@ -311,4 +311,5 @@ def receiver(source: str, base: int = BASE) -> Receiver | DialectReceiver:
     _, at, digits = source.partition("@") if kind == "cyphal" else ("", "", "")
     if at and not (digits.isdecimal() and int(digits) <= SUBJECT_LAST):
         raise BadInput(f"{source}: subject 0 to {SUBJECT_LAST} expected, found '{digits}'")
-    return DialectReceiver(kind, **({"subject": int(digits)} if at else {}))
+    with of_extra("wire"):
+        return DialectReceiver(kind, **({"subject": int(digits)} if at else {}))
