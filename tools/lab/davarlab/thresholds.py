@@ -239,18 +239,6 @@ class Search:
         "DESIGN 4",
         "time constant of a warm-up below which it must lower the error",
     )
-    bands_free: int = of(
-        8,
-        "lines with a width",
-        "DESIGN 4",
-        "from here on each one must lower the error, or it is the last",
-    )
-    waiting_share: float = of(
-        0.5,
-        "of the gain that is taken",
-        "DESIGN 4",
-        "below which what is costly to seek waits for its turn",
-    )
     put_off_chance: float = of(
         0.2, "chance", "choice", "of a gain, from which a candidate is put off"
     )
@@ -263,7 +251,7 @@ class Search:
     most_of: Mapping[str, float] = of(
         {
             "sinusoid": 4,
-            "narrow_band": 16,
+            "narrow_band": 8,
             "intermittent_line": 4,
             "drifting_line": 4,
             "line_follows": 4,

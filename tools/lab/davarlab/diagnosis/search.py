@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..candidates import columns, doubts, drifting, filters, identifiable
+from ..candidates import columns, doubts, filters, identifiable
 from ..candidates import ranking as candidates
 from ..candidates.candidate import Candidate, log_chance, log_tail_of_line
 from ..candidates.identifiable import Alternative
@@ -28,7 +28,6 @@ from .state import Judged, Progress, State
 EARNING = {"noise_step", "bias_step"}
 
 Source = tuple[str, str | None]  # kind, and the column where any may be followed
-Try = tuple[State, Part]
 
 
 def shock_candidate(state: State) -> Candidate:
@@ -123,16 +122,14 @@ def nothing() -> Any:
 
 @dataclass(frozen=True, eq=False)
 class Asked:
-    """What was asked of a state: of all kinds or `only` some, but for those skipped; and the
-    candidates."""
+    """What was asked of a state: all kinds but those skipped; and the candidates."""
 
     state: State
-    only: frozenset[str] | None
     skipped: frozenset[str]
     found: tuple[Candidate, ...]
 
-    def answers(self, state: State, only: frozenset[str] | None, skip: frozenset[str]) -> bool:
-        return self.state is state and self.only == only and self.skipped <= skip
+    def answers(self, state: State, skip: frozenset[str]) -> bool:
+        return self.state is state and self.skipped <= skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,11 +146,8 @@ class Search:
     alternatives: tuple[Alternative, ...] = ()
     doubtful: Mapping[str, str] = nothing()  # kind -> why it is not what it seems
     hopeless: frozenset[str] = frozenset()  # kinds that seemed to be chance
-    only: frozenset[str] | None = None  # kinds that are asked now
-    bands: int = SEARCH.bands_free
     undecided: tuple[Alternative, ...] | None = ()
     set_aside: frozenset[Source] = frozenset()  # source() of what is not what it seems
-    idle: Mapping[str, tuple[Try, ...]] = nothing()  # kinds that left the error where it was
     outdone: frozenset[str] = frozenset()  # kinds that left again beside a later effect
     asked: Asked | None = None
     ended: str = ""  # the bound that ended it, in words; empty: nothing was left to take
@@ -163,13 +157,11 @@ class Search:
         what they seem are left out."""
         asked = self.answered()
         found = self.allowed(asked)
-        undecided: Sequence[Alternative] | None = self.undecided
-        if not self.only:
-            found, undecided = identifiable.settled(found, self.state.bench, self.state.parts)
+        found, undecided = identifiable.settled(found, self.state.bench, self.state.parts)
         first, found = found[:1], [one for one in found if source(one.part) not in self.set_aside]
         if first != found[:1]:  # what the one set aside could not be told from
             undecided = None
-        if undecided is None and self.state is self.begin and not self.only:
+        if undecided is None and self.state is self.begin:
             undecided = close_ones(found)
         return replace(
             self,
@@ -182,33 +174,21 @@ class Search:
     def skip(self) -> frozenset[str]:
         """Kinds that are not asked."""
         columnless = {kind for kind, column in self.set_aside if column is None}
-        return self.hopeless | columnless | self.aside()
+        return self.hopeless | columnless
 
     def answered(self) -> Asked:
         """All candidates; those beside the same state are not asked for twice because some of them
         are put aside."""
         skip = self.skip()
-        if self.asked and self.asked.answers(self.state, self.only, skip):
+        if self.asked and self.asked.answers(self.state, skip):
             return self.asked
-        return Asked(self.state, self.only, skip, tuple(ranking(self.state, skip, self.only)))
+        return Asked(self.state, skip, tuple(ranking(self.state, skip)))
 
     def allowed(self, asked: Asked) -> list[Candidate]:
         """Without the kinds that are not asked. One in the place of several parts is another
         question than one beside them."""
         skip = self.skip()
         return [one for one in asked.found if one.kind not in skip or len(one.replaces) > 1]
-
-    def aside(self) -> set[str]:
-        """Kinds that left the error where it was, twice; further bands, which would only follow
-        what the model lacks elsewhere."""
-        spent = {
-            kind
-            for kind, tries in self.idle.items()
-            if len(tries) > 1 or tries[-1][0] is self.state
-        }
-        return spent | (
-            {"narrow_band"} if self.state.model_kinds.count("narrow_band") >= self.bands else set()
-        )
 
     def questioned(self, candidate: Candidate) -> tuple["Search", bool]:
         """(the search, is the candidate what it seems); if not, it is put aside and why is kept."""
@@ -246,86 +226,30 @@ class Search:
         return way
 
     def take(self, candidate: Candidate) -> "Search":
-        """The search with the candidate in its model, or with it as one that leaves the error where
-        it was."""
+        """The search with the candidate in its model."""
         given = len(without(self.state.parts[: self.given], candidate.replaces))
         whole = retold(joined(self.state, candidate.part, candidate.replaces), given)
         after = pruned(whole, given)
-        if (
-            earning(candidate.part, self.state)
-            and not self.lower(after)
-            and not settles(candidate.part, after, self.state)
-        ):
-            return self.without_use(candidate)
         known = [one.kind for one in self.alternatives]
-        put_off = {
-            one.kind
-            for one in self.last
-            if one.log_p > np.log(SEARCH.put_off_chance) or waits(one, candidate)
-        }
+        put_off = {one.kind for one in self.last if one.log_p > np.log(SEARCH.put_off_chance)}
         return replace(
             self,
-            bands=self.bands_with(candidate, after),
             alternatives=(
                 *self.alternatives,
                 *(one for one in self.undecided or () if one.kind not in known),
             ),
             hopeless=self.hopeless | put_off,
             outdone=self.outdone | set(Counter(whole.model_kinds) - Counter(after.model_kinds)),
-            only=self.beside(candidate),
             state=after,
             given=given,
         )
 
-    def without_use(self, candidate: Candidate) -> "Search":
-        """The search that knows a candidate which leaves the error where it was."""
-        tries = (*self.idle.get(candidate.kind, ()), (self.state, candidate.part))
-        return replace(
-            self,
-            idle=MappingProxyType({**self.idle, candidate.kind: tries}),
-            hopeless=self.hopeless | {candidate.kind},
-            only=None,
-        )
-
-    def bands_with(self, candidate: Candidate, after: State) -> int:
-        """How many lines with a width may be sought, once a candidate has joined."""
-        count = after.model_kinds.count("narrow_band")
-        if candidate.kind != "narrow_band" or count <= SEARCH.bands_free - 1:
-            return self.bands
-        return count + self.lower(after)
-
-    def lower(self, after: State) -> bool:
-        """Does the error fall by more than the slack."""
-        error, floor = errors_of(after)
-        return error < errors_of(self.state)[0] - SEARCH.slack * floor
-
-    def beside(self, taken: Candidate) -> frozenset[str] | None:
-        """What is asked next: lines one after the other. Bands imitate the slope of a filter, so it
-        is asked among them while it gains as much."""
-        kind, near = (
-            taken.kind,
-            {
-                one.kind
-                for one in self.last
-                if not self.only or one.gain > SEARCH.waiting_share * taken.gain
-            },
-        )
-        if kind == "narrow_band":
-            return frozenset({kind}) | (
-                filters.MEMORY & near if not filters.MEMORY & set(self.state.model_kinds) else set()
-            )
-        if kind in filters.MEMORY and self.only:
-            return self.only - filters.MEMORY
-        return frozenset({kind}) if kind in SEARCH.most_of and kind != drifting.KIND else None
-
     def step(self) -> tuple["Search", bool]:
-        """(the search one candidate further, or looking less, is anything left)."""
+        """(the search one candidate further, is anything left)."""
         way, found = self.ranked()
         if significant(found):
             way, sound = way.questioned(found[0])
             return (way.take(found[0]) if sound else way), True
-        if way.only:
-            return replace(way, only=None), True
         if way.hopeless and not way.draft:
             # what seemed to be chance beside fewer terms is asked once more
             return replace(way, hopeless=frozenset()), True
@@ -354,10 +278,6 @@ def earning(part: Part, rest: State) -> bool:
     )
 
 
-def waits(one: Candidate, taken: Candidate) -> bool:
-    return one.kind == "intermittent_line" and one.gain < SEARCH.waiting_share * taken.gain
-
-
 def close_ones(found: Sequence[Candidate]) -> list[Alternative]:
     """Kinds that this recording cannot tell from the first, and how to tell them."""
     if not found:
@@ -372,8 +292,8 @@ def close_ones(found: Sequence[Candidate]) -> list[Alternative]:
 def forward(state: State, given: int, progress: Progress, draft: bool = False) -> Search:
     """Candidates beyond chance one after the other, the likeliest first. What chance explains
     beside one state is not tried beside the next ones, until nothing else is left (a draft of the
-    spectrum does not ask again); lines are taken one after the other. It ends after
-    SEARCH.steps_most steps, or with the step that reaches SEARCH.fits_most fits."""
+    spectrum does not ask again). It ends after SEARCH.steps_most steps, or with the step that
+    reaches SEARCH.fits_most fits."""
     way = Search(state, state, given, draft)
     work = state.bench.data.work
     most = work.fits + SEARCH.fits_most
@@ -381,9 +301,7 @@ def forward(state: State, given: int, progress: Progress, draft: bool = False) -
         if work.fits >= most:
             return replace(way, ended=f"{SEARCH.fits_most} fits")
         progress(
-            f"looking for lines in addition to {len(way.state.parts)} effects"
-            if way.only
-            else f"trying {len(table.TABLE) - len(set(way.state.model_kinds))} effects in addition "
+            f"trying {len(table.TABLE) - len(set(way.state.model_kinds))} effects in addition "
             f"to {', '.join(way.state.model_kinds)}"
         )
         way, more = way.step()
@@ -497,7 +415,6 @@ def search(
     way = way.without_comb()
     last = way.state
     by_weight = [part for part in by_weight if part in last.parts]
-    useless += [tries[-1][1] for kind, tries in way.idle.items() if kind not in last.model_kinds]
     states = (
         [state, *path(last, way.given, by_weight)[1:]] if len(last.parts) > way.given else [state]
     )
