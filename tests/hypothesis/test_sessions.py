@@ -14,7 +14,7 @@ from davarlab import model as models
 from davarlab.errors import BadInput
 from davarlab.wire import record
 from davarlab.workbench import steps as sessions
-from davarlab.workbench.visit import visit
+from davarlab.workbench.session.session import Session
 from hypothesis import example, given
 from hypothesis import strategies as st
 from lawful import damaged, examples
@@ -90,8 +90,11 @@ def session(path):
     }
     steps.held_out = str(path)
     warm = {"kind": "warm_up", "amplitude_dps": 0.01, "time_constant_s": 100.0}
-    for sight in (sessions.Sight("gyro_z_dps", (), ((1.0, 2.0),)), sessions.Sight("gyro_z_dps")):
-        steps.sight = sight
+    for selection in (
+        sessions.Selection("gyro_z_dps", (), ((1.0, 2.0),)),
+        sessions.Selection("gyro_z_dps"),
+    ):
+        steps.selection = selection
         steps.grow("a first model", MODEL, root=True, error=0.1, floor=0.03)
         steps.grow("a line", models.Model(50.0, "gyro_z_dps", [WHITE, LINE]), off=[warm])
     return json.loads(steps.path.read_bytes())
@@ -111,7 +114,7 @@ class Opening:
     def opened(self, text):
         written = text.encode("utf-8", "surrogatepass") if isinstance(text, str) else text
         self.path.write_bytes(written)
-        seen = visit.Visit(self.folder)
+        seen = Session(self.folder)
         try:
             seen.intake.open(str(self.recording))
             seen.stepping.step()
@@ -129,7 +132,7 @@ def opening(work):
 
 def test_the_session_that_was_written_is_opened_as_it_was(opening):
     shown = opening.opened(json.dumps(opening.valid))
-    assert (shown["current"], len(shown["steps"]), len(shown["sights"])) == (1, 2, 2)
+    assert (shown["current"], len(shown["steps"]), len(shown["selections"])) == (1, 2, 2)
     assert shown["held_out"] == str(opening.recording)
     assert json.loads(opening.path.read_bytes()) == opening.valid
 

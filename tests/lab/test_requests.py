@@ -24,15 +24,15 @@ from asking import ROOT, run
 from davarlab.errors import BadInput
 from davarlab.workbench import schema
 from davarlab.workbench.server import Server
+from davarlab.workbench.session import session
 from davarlab.workbench.steps import Steps
-from davarlab.workbench.visit import visit
 from lab_bench import write_csv
 from websockets.sync.client import connect
 
 HOST, TOKEN = "127.0.0.1:8000", "t" * 22
 LIMIT_S = 300  # after which a server hangs; a busy machine is no fault
-POSTED = (visit.ACTION, visit.CODE)
-QUERIES = {name for name, (kind, _) in visit.CALLS.items() if kind not in POSTED}
+POSTED = (session.ACTION, session.CODE)
+QUERIES = {name for name, (kind, _) in session.CALLS.items() if kind not in POSTED}
 SKIPPED = ("drop", "tutorial")
 CALLED = [name for name in schema.REQUESTS if name not in SKIPPED]
 WRONG = (
@@ -62,8 +62,8 @@ class Page:
     """
 
     def __init__(self, folder, code=True):
-        self.folder, self.visit = folder, visit.Visit(folder, code=code)
-        self.server = Server(self.visit)
+        self.folder, self.session = folder, session.Session(folder, code=code)
+        self.server = Server(self.session)
         self.server.token = TOKEN
         self.app = self.server.app()
         self.loop = self.server.loop = asyncio.new_event_loop()
@@ -168,7 +168,7 @@ def pages():
     def start(folder, **more):
         made.append(Page(folder, **more))
         if (folder / "rec.csv").exists():
-            made[-1].visit.intake.open(str(folder / "rec.csv"))
+            made[-1].session.intake.open(str(folder / "rec.csv"))
         return made[-1]
 
     yield start
@@ -190,7 +190,7 @@ def own(tmp_path, pages):
         return pages(tmp_path)
 
     start.recording = recording(tmp_path / "rec.csv")
-    start.session = tmp_path / "rec.csv.davarlab.json"
+    start.file = tmp_path / "rec.csv.davarlab.json"
     return start
 
 
@@ -281,7 +281,7 @@ def check(status, answer, asked):
 
 
 def test_every_request_of_the_server_has_a_schema(page):
-    assert set(schema.REQUESTS) == {*page.visit.calls, "drop"}
+    assert set(schema.REQUESTS) == {*page.session.calls, "drop"}
 
 
 @pytest.mark.parametrize("what", CALLED)
@@ -327,31 +327,31 @@ def test_what_is_no_object_is_refused(page, what):
 def refused(own):
     done = run("open", "--no-browser", own.recording)
     assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1), done.stderr
-    assert own.session.name in done.stderr
+    assert own.file.name in done.stderr
     return done.stderr
 
 
 def test_a_link_in_place_of_a_session_is_neither_read_nor_written_through(own):
-    target = own.session.with_name("target")
-    own.session.symlink_to(target)
+    target = own.file.with_name("target")
+    own.file.symlink_to(target)
     assert "symbolic link" in refused(own)
     assert not target.exists()
     target.write_text("{}")
     refused(own)
     assert target.read_text() == "{}"
-    own.session.unlink()
-    own.session.symlink_to(own.session)
+    own.file.unlink()
+    own.file.symlink_to(own.file)
     refused(own)
-    own.session.unlink()
-    os.mkfifo(own.session)
+    own.file.unlink()
+    os.mkfifo(own.file)
     assert "FIFO" in refused(own)
 
 
 def test_a_link_that_comes_later_is_not_written_through(own):
-    page, target = own(), own.session.with_name("target")
-    kept = own.session.read_bytes()
-    own.session.unlink()
-    own.session.symlink_to(target)
+    page, target = own(), own.file.with_name("target")
+    kept = own.file.read_bytes()
+    own.file.unlink()
+    own.file.symlink_to(target)
     for _ in range(2):  # there is no target; there is one
         status, answer = page.call("refit", {"state": page.all()["state"]})
         assert (status, "symbolic link" in json.loads(answer)["error"]) == (400, True)
@@ -361,10 +361,10 @@ def test_a_link_that_comes_later_is_not_written_through(own):
 
 def test_markup_in_the_words_of_a_session_is_refused(own):
     own()
-    whole = json.loads(own.session.read_text())
-    step = whole["trees"][whole["sight"]]["steps"][0]
+    whole = json.loads(own.file.read_text())
+    step = whole["trees"][whole["selection"]]["steps"][0]
     step["did"] = '<a href="https://example.invalid/">x</a>'
-    own.session.write_text(json.dumps(whole))
+    own.file.write_text(json.dumps(whole))
     with pytest.raises(BadInput, match="did"):
         Steps.beside(own.recording)
 
@@ -372,12 +372,12 @@ def test_markup_in_the_words_of_a_session_is_refused(own):
 def test_a_session_that_names_a_program_runs_none_and_says_that_it_is_one(own):
     """Somebody sent the recording, the session and the program beside it."""
     own()
-    whole, ran = json.loads(own.session.read_text()), own.session.with_name("ran")
-    program = own.session.with_name("rec.csv.heater_fix.py")
+    whole, ran = json.loads(own.file.read_text()), own.file.with_name("ran")
+    program = own.file.with_name("rec.csv.heater_fix.py")
     program.write_text(f"open({str(ran)!r}, 'w')\n")
-    step = whole["trees"][whole["sight"]]["steps"][0]
+    step = whole["trees"][whole["selection"]]["steps"][0]
     step["text"] += '[[effect]]\nkind = "heater_fix"\ncoefficient = 1.0\n'
-    own.session.write_text(json.dumps(whole))
+    own.file.write_text(json.dumps(whole))
     said = refused(own)
     assert f"{program} is a program that runs with your rights" in said
     assert said.index("only if you know where it is from") < said.index("--effects")
@@ -386,10 +386,10 @@ def test_a_session_that_names_a_program_runs_none_and_says_that_it_is_one(own):
 
 def test_a_held_out_recording_of_a_session_that_is_no_file_is_left(own):
     own()
-    whole, fifo = json.loads(own.session.read_text()), own.session.with_name("fifo.csv")
+    whole, fifo = json.loads(own.file.read_text()), own.file.with_name("fifo.csv")
     os.mkfifo(fifo)
     for path in ("/proc/kmsg", "/dev/zero", str(fifo), "nowhere"):
-        own.session.write_text(json.dumps({**whole, "held_out": path}))
+        own.file.write_text(json.dumps({**whole, "held_out": path}))
         there = own().all()
         assert (there["held_out"], path in there["not_held"]) == (None, True)
 

@@ -29,8 +29,8 @@ from davarlab.inference.parts import Part
 from davarlab.model import Model, Term
 from davarlab.report import terminal, values, verdict, words
 from davarlab.workbench import views
-from davarlab.workbench.desk import Desk
-from davarlab.workbench.steps import Sight
+from davarlab.workbench.dataset import Dataset
+from davarlab.workbench.steps import Selection
 
 GIVEN = ["angle_random_walk", "bias_instability"]
 RATE, SPAN_S = 50.0, 7200.0
@@ -324,12 +324,12 @@ def test_everywhere(lab):
     again = asking.run("compare", path, "-m", better, "--json")
     assert again.returncode == 1  # comments do no harm
 
-    desk = Desk(recordings.read(path), Sight("gyro_z_dps"))
-    first = models.first(desk.recording.rate_hz, desk.column)
+    dataset = Dataset(recordings.read(path), Selection("gyro_z_dps"))
+    first = models.first(dataset.recording.rate_hz, dataset.column)
     for text in (models.text_of(first), better.read_text()):
-        outcome = desk.of(text, True)
-        ranked = desk.ranked(text, lambda said: None)
-        found = views.ranking(outcome, desk.recording, ranked)
+        outcome = dataset.of(text, True)
+        ranked = dataset.ranked(text, lambda said: None)
+        found = views.ranking(outcome, dataset.recording, ranked)
         said = "\n".join(found["nothing"])
         assert not re.search(NONE_MISSING, said)
         significant = any(one["beyond_chance"] for one in views.candidates(ranked))
@@ -348,8 +348,8 @@ def test_an_effect_within_the_tolerance_is_named_by_terminal_and_page(dps):
         found = improve.improve(made, first)
         assert verdict.answer(found) in ("effects", "contested")
         assert "temp" in verdict.of_improvement(found)[1]
-        desk, text = Desk(made, Sight("gyro_z_dps")), models.text_of(first)
-        page = views.ranking(desk.of(text, True), made, desk.ranked(text, lambda said: None))
+        dataset, text = Dataset(made, Selection("gyro_z_dps")), models.text_of(first)
+        page = views.ranking(dataset.of(text, True), made, dataset.ranked(text, lambda said: None))
         assert "follows temp_degC" in page["headline"][1]
         assert page["against"][0].startswith("temperature")
 
@@ -372,9 +372,9 @@ def test_terminal_and_page_give_the_same_answer(path, column):
     made = recordings.read(path)
     first = improve.fit(made, models.first(made.rate_hz, column))[1]
     found = improve.improve(made, first)
-    desk, text = Desk(made, Sight(column)), models.text_of(first)
-    outcome = desk.of(text, True)
-    page = views.ranking(outcome, made, desk.ranked(text, lambda said: None))
+    dataset, text = Dataset(made, Selection(column)), models.text_of(first)
+    outcome = dataset.of(text, True)
+    page = views.ranking(outcome, made, dataset.ranked(text, lambda said: None))
     fits = outcome.state.judgement.adequate
     given = verdict.answer(found)
     assert (given == "fits") == (fits and not page["against"]), (given, page["against"])

@@ -115,7 +115,7 @@ def one_visit(page, folder):
 
 
 def visited(browser, folder):
-    """The figures of one visit, in the order of GOALS."""
+    """The figures of one session, in the order of GOALS."""
     tabs, bench = Tabs(browser), Started(folder, folder / "state")
     try:
         return list(one_visit(tabs.open(bench, 1400, 1000), folder))

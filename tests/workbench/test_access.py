@@ -1,6 +1,6 @@
 """A person who does not see well can use the page: axe finds nothing in any state, light and dark,
-at a desk and on a phone. One visit goes through all states; their pictures are in build/gallery, to
-be looked at.
+on a desktop and on a phone. One session goes through all states; their pictures are in
+build/gallery, to be looked at.
 """
 
 import math

@@ -87,7 +87,7 @@ def test_a_sight_keeps_its_steps_and_nonsense_is_refused(folder, opened):
     recording = simulated(folder)
     bench = opened(recording)
     before = bench.ask("step")["error"]
-    bench.done("sight", alone=[100.0, 400.0])
+    bench.done("selection", alone=[100.0, 400.0])
     for wrong in (
         {"alone": [5.0, 4.0]},
         {"alone": [0.0, 5.0]},
@@ -97,18 +97,18 @@ def test_a_sight_keeps_its_steps_and_nonsense_is_refused(folder, opened):
         {"cut": [[1.0]]},
         {"cut": [[0.0, 900.0]]},
     ):
-        status, answer = bench.act("sight", **wrong)
+        status, answer = bench.act("selection", **wrong)
         assert (status, "\n" in answer["error"]) == (400, False), (wrong, answer)
-    sights = bench.ask("all")["sights"]
-    assert [one["alone"] for one in sights if one["here"]] == [[100.0, 400.0]]
+    selections = bench.ask("all")["selections"]
+    assert [one["alone"] for one in selections if one["here"]] == [[100.0, 400.0]]
     assert bench.tried("report")[0] == 400  # no command of a terminal has a stretch alone
     elsewhere = opened(recording)
-    elsewhere.done("sight")
+    elsewhere.done("selection")
     assert "another process" in bench.act("refit")[1]["error"]
-    elsewhere.done("sight", alone=[100.0, 400.0])
+    elsewhere.done("selection", alone=[100.0, 400.0])
     again = opened(recording)
     assert again.ask("all")["samples"] == 15000
-    again.done("sight")
+    again.done("selection")
     assert again.ask("step")["error"] == before
 
 

@@ -71,7 +71,7 @@ def test_a_step_is_what_a_terminal_prints(folder, opened):
     assert [(one["kind"], one["gain"]) for one in shown[:3]] == [
         (one["kind"], one["gain"]) for one in diagnosed[:3]
     ]
-    assert bench.ask("ghost", place=0)["error"] == diagnosed[0]["error_after"]
+    assert bench.ask("candidate_preview", place=0)["error"] == diagnosed[0]["error_after"]
     # values by hand are judged as `compare` judges them
     by_hand = tomllib.loads(bench.saved())["effect"][0]["coefficient_deg_per_sqrt_h"] * 1.2
     bench.done("set", place=0, parameters={"coefficient_deg_per_sqrt_h": by_hand})
@@ -107,7 +107,7 @@ def test_a_part_is_a_file_with_just_that(folder, opened, what):
         given, rows = {"cut": [[200.0, 250.0]]}, rows[:10000] + rows[12500:]
     part = written(folder / "part.csv", header, rows)
     bench = opened(recording)
-    seen = bench.done("sight", **given)
+    seen = bench.done("selection", **given)
     assert (seen["samples"], seen["gaps"]) == ((20000, 0) if what == "alone" else (42500, 1))
     step, (values, fitted) = bench.ask("step"), fit_of(part, folder)
     assert step["adequacy"] == fitted["adequacy"]

@@ -54,7 +54,7 @@ def test_a_candidate_with_which_the_error_rises_makes_room_for_the_next(opened, 
     def rising(route, found):
         return {**found, "error": 1.0} if "kind=sinusoid" in route.request.url else found
 
-    altered(page, re.compile("/api/ghost"), rising)
+    altered(page, re.compile("/api/candidate_preview"), rising)
     page.click("#tutorial")
     best = page.locator("#next > .best > .candidate")
     expect(best).to_have_attribute("data-kind", "temperature")
@@ -233,7 +233,7 @@ def test_w_goes_to_the_cell_of_the_headline_and_arrows_move_from_it(folder, open
 def test_a_recording_is_held_out_and_one_without_the_column_is_named(folder, opened, tabs):
     one = two_axes(folder / "one.csv")
     bench = opened(one)
-    bench.done("sight", column="gyro_z_dps")
+    bench.done("selection", column="gyro_z_dps")
     page = tabs.open(bench)
     page.set_input_files("#held-file", noise(folder / "two.csv", "time_s,gyro_z_dps"))
     expect(page.locator("#held-name")).to_have_text("two.csv")

@@ -44,7 +44,7 @@ def test_an_action_says_for_which_state_and_kind_it_is_meant(folder, opened):
     zero = {"coefficient_deg_per_sqrt_h": 0.0}  # nothing can be compared with a model without noise
     assert bench.act("set", place=0, parameters=zero)[0] == 400
     assert len(bench.ask("all")["steps"]) == 3  # what was refused leaves no step
-    bench.done("sight", column="gyro_x_dps")
+    bench.done("selection", column="gyro_x_dps")
     for what, more in (  # of the other axis
         ("add", {"place": 0, "kind": first}),
         ("refit", {}),
@@ -63,11 +63,11 @@ def test_add_takes_over_the_preview_of_its_card(folder, opened):
     given = {"place": bench.candidate("low_pass"), "kind": "low_pass"}  # takes several fits
     given["state"], seen = bench.ask("step")["state"], []
 
-    def ghost():
+    def candidate_preview():
         query = urllib.parse.urlencode(given)
-        seen.append(json.loads(bench.request(f"/api/ghost?{query}")[1]))
+        seen.append(json.loads(bench.request(f"/api/candidate_preview?{query}")[1]))
 
-    preview = threading.Thread(target=ghost)
+    preview = threading.Thread(target=candidate_preview)
     preview.start()
     time.sleep(0.1)  # it runs, or waits for the worker
     bench.done("add", **given)

@@ -1,5 +1,5 @@
-"""The first visit of a person, with the command as it is typed and a real browser: the verdict on a
-recording, an effect added, the error falling, the model saved.
+"""The first session of a person, with the command as it is typed and a real browser: the verdict on
+a recording, an effect added, the error falling, the model saved.
 """
 
 import re

@@ -22,7 +22,7 @@ import uvicorn
 from axe_playwright_python.sync_playwright import Axe
 from davarlab import cli
 from davarlab.workbench.server import Server
-from davarlab.workbench.visit.visit import Visit
+from davarlab.workbench.session.session import Session
 from planner import __main__ as planner
 from playwright.sync_api import expect
 
@@ -97,7 +97,7 @@ class Bench:
         return answer
 
     def tried(self, what, **given):
-        given = self.shown(what, given) if what in ("ghost", "preview") else given
+        given = self.shown(what, given) if what in ("candidate_preview", "preview") else given
         status, text = self.request(f"/api/{what}?{urllib.parse.urlencode(given)}")
         return status, json.loads(text)
 
@@ -120,7 +120,7 @@ class Bench:
         if type(place := given.get("place")) is int:
             there = {
                 "add": lambda: self.ask("candidates")["candidates"],
-                "ghost": lambda: self.ask("candidates")["candidates"],
+                "candidate_preview": lambda: self.ask("candidates")["candidates"],
                 "restore": lambda: step["off"],
             }.get(what, lambda: step["cards"])()
             kind = there[place]["kind"] if 0 <= place < len(there) else "none"
@@ -162,14 +162,14 @@ class Inside(Bench):
     """
 
     def __init__(self, folder, recording=None, code=False, **given):
-        self.visit = Visit(folder, code=code)
+        self.session = Session(folder, code=code)
         if recording:
-            self.visit.intake.open(str(Path(folder, recording)), **given)
-        self.server, started = Server(self.visit), threading.Event()
+            self.session.intake.open(str(Path(folder, recording)), **given)
+        self.server, started = Server(self.session), threading.Event()
         self.listener = socket.create_server(("127.0.0.1", 0))
-        self.visit.port = self.listener.getsockname()[1]
+        self.session.port = self.listener.getsockname()[1]
         self.server.token = secrets.token_urlsafe(16)
-        super().__init__(f"http://127.0.0.1:{self.visit.port}/?token={self.server.token}")
+        super().__init__(f"http://127.0.0.1:{self.session.port}/?token={self.server.token}")
         config = uvicorn.Config(
             self.server.app(),
             log_level="critical",
@@ -189,10 +189,10 @@ class Inside(Bench):
         started.wait()
 
     def stop(self):
-        self.visit.hurried = lambda but=None: True  # a ranking gives way
+        self.session.superseded = lambda but=None: True  # a ranking gives way
         self.web.should_exit = True
         self.thread.join()
-        self.visit.ears.quiet()
+        self.session.listener.quiet()
         for pool in (self.server.worker, self.server.reader, self.server.planner):
             pool.shutdown(cancel_futures=True)
         self.listener.close()

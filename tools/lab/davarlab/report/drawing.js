@@ -13,7 +13,7 @@ const maps = Object.entries(found.maps), [record, ...others] = found.columns;
 function deviation() {
   const { deviation: one, span_s: span, unit, before } = found, label = "Allan deviation over averaging time: measured and model";
   const chart = new AllanChart(at("deviation"), { ...one, tau: one.tau_s, cells: maps.at(-1)[1] }, { range: ranged(one), length: 0, span, unit, label });
-  chart.showGhost(before && { ...before, tau: before.tau_s });
+  chart.showBefore(before && { ...before, tau: before.tau_s });
 }
 
 const LEAST = 0.2; // shown of the residual over the model

@@ -30,7 +30,7 @@ Stretch = tuple[Number, Number]
 Values = Annotated[
     dict[Text, Number | Text], Field(max_length=100)
 ]  # of the parameters of an effect
-Sight = tuple[
+Selection = tuple[
     Text, tuple[()] | Stretch, list[Stretch]
 ]  # as in a session file: column, the stretch alone, those cut out
 
@@ -90,7 +90,7 @@ class Read(Given):
     as_recorded: bool = False
 
 
-class SightRequest(Given):
+class SelectionRequest(Given):
     column: Text | None = None
     alone: tuple[()] | Stretch = ()
     cut: list[Stretch] = []
@@ -236,7 +236,7 @@ REQUESTS: dict[str, type[Given]] = {
     "names": Names,
     "skip": Skip,
     "read": Read,
-    "sight": SightRequest,
+    "selection": SelectionRequest,
     "add": OfPlace,
     "line": Line,
     "set": Set,
@@ -258,7 +258,7 @@ REQUESTS: dict[str, type[Given]] = {
     "axis": Axis,
     "sensors": Nothing,
     "sensor_axes": SensorAxes,
-    "ghost": OfPlace,
+    "candidate_preview": OfPlace,
     "against": Against,
     "preview": Preview,
     "held_out": OfStep,
@@ -316,11 +316,11 @@ class Session(Given):
     sha256: str
     log: Log | None
     held_out: FilePath | None = None
-    sight: str
+    selection: str
     trees: dict[str, Tree]
 
 
-SIGHT = TypeAdapter(Sight, config=ConfigDict(strict=True))
+SELECTION = TypeAdapter(Selection, config=ConfigDict(strict=True))
 
 
 def said(why: ValidationError) -> str:
@@ -356,9 +356,9 @@ def session(data: bytes) -> Session:
         raise ValueError(said(why)) from None
 
 
-def sight(text: str) -> tuple[str, tuple[()] | tuple[float, float], list[tuple[float, float]]]:
-    """(column, stretch alone, stretches cut out) in the text of a sight. Raises ValueError."""
+def selection(text: str) -> tuple[str, tuple[()] | tuple[float, float], list[tuple[float, float]]]:
+    """(column, stretch alone, stretches cut out) in the text of a selection. Raises ValueError."""
     try:
-        return SIGHT.validate_json(text)
+        return SELECTION.validate_json(text)
     except ValidationError as why:
-        raise ValueError(f"sight: {said(why)}") from None
+        raise ValueError(f"selection: {said(why)}") from None

@@ -31,9 +31,9 @@ from .. import files
 from ..errors import BadInput, internal_error
 from ..report import values
 from . import schema
-from .visit import tokens
-from .visit.standing import Stale, Wish
-from .visit.visit import ACTION, CODE, LOOK, PLAN, QUESTION, Call, Visit
+from .session import tokens
+from .session.session import ACTION, CODE, INSPECTION, PLAN, QUESTION, Call, Session
+from .session.standing import Stale, Wish
 
 PAGE = Path(__file__).resolve().parent / "page"
 SERVED = {
@@ -72,11 +72,11 @@ Work = Callable[[], Any]
 
 
 class Server:
-    """Answers one visit. What computes goes one after the other in the worker; what only looks does
-    not wait for it."""
+    """Answers one session. What computes goes one after the other in the worker; what needs no fit
+    does not wait for it."""
 
-    def __init__(self, visit: Visit) -> None:
-        self.visit, self.token = visit, ""  # run() sets it: it goes with the port
+    def __init__(self, session: Session) -> None:
+        self.session, self.token = session, ""  # run() sets it: it goes with the port
         self.tabs: set[WebSocket] = set()
         self.worker, self.reader = ThreadPoolExecutor(1), ThreadPoolExecutor(1)
         self.planner = ThreadPoolExecutor(PLANS)
@@ -84,9 +84,9 @@ class Server:
         # Calls that a person waits for and the worker has not begun.
         self.waiting: dict[Work, Wish] = {}
         self.computing: set[Work] = set()  # calls that have begun and not ended
-        visit.tell, visit.hurried = self.tell, self.hurried
+        session.tell, session.superseded = self.tell, self.superseded
 
-    def hurried(self, but: Wish | None = None) -> bool:
+    def superseded(self, but: Wish | None = None) -> bool:
         """Does a person wait for something else than this."""
         return any(wish != but for wish in list(self.waiting.values()))
 
@@ -118,7 +118,7 @@ class Server:
         127.0.0.1 and has no header of a proxy, and a person at a terminal has started the server. A
         tunnel (ssh -L) by which somebody has the token looks the same."""
         return (
-            self.visit.code
+            self.session.code
             and self.allowed(request)
             and request.headers.get("origin") == f"http://{request.headers['host']}"
             and request.client is not None
@@ -154,7 +154,7 @@ class Server:
         )
 
     async def ask(self, request: Request) -> Response:
-        return await self.answer(request, (LOOK, PLAN, QUESTION), query=self.query(request))
+        return await self.answer(request, (INSPECTION, PLAN, QUESTION), query=self.query(request))
 
     async def do(self, request: Request) -> Response:
         if not self.allowed(request):
@@ -195,7 +195,7 @@ class Server:
         try:
             given = schema.request("drop", query=self.query(request))
             name = given["name"]
-            with self.visit.arrivals.receive(name) as dropped:
+            with self.session.arrivals.receive(name) as dropped:
                 size = 0
                 async for block in request.stream():
                     size += len(block)
@@ -210,7 +210,7 @@ class Server:
         except ClientDisconnect:
             return JSONResponse({"error": "the dropped file arrived incomplete"}, 400)
         held_out = given.get("purpose") == "held-out"
-        taken = self.visit.hold.hold_out if held_out else self.visit.intake.open
+        taken = self.session.hold.hold_out if held_out else self.session.intake.open
         return await self.computed(Call(ACTION, partial(taken, str(dropped.path))), "drop", {})
 
     async def answer(
@@ -220,12 +220,12 @@ class Server:
         text: bytes | None = None,
         query: Mapping[str, str] | None = None,
     ) -> Response:
-        """Runs a call of the visit, of one of these kinds, on what was given with the request, in
+        """Runs a call of the session, of one of these kinds, on what was given with the request, in
         JSON or in the query, once it is what schema.py says."""
         what = request.path_params["what"]
         if not self.allowed(request):
             return PlainTextResponse("no token", 403)
-        call = self.visit.calls.get(what)
+        call = self.session.calls.get(what)
         if call is None or call.kind not in kinds:
             return JSONResponse({"error": f"unknown request {what}"}, 404)
         if call.kind == CODE and not self.runs_code(request):
@@ -241,7 +241,7 @@ class Server:
         assert self.loop is not None  # run() has set it
         try:
             found = await self.loop.run_in_executor(
-                {LOOK: self.reader, PLAN: self.planner}.get(call.kind, self.worker),
+                {INSPECTION: self.reader, PLAN: self.planner}.get(call.kind, self.worker),
                 self.begun(call, what, given),
             )
         except BadInput as why:
@@ -262,8 +262,8 @@ class Server:
                 os._exit(0)
 
     def begun(self, call: Call, what: str, given: dict[str, Any]) -> Work:
-        """What the worker runs; one that a person is waiting for waits in sight until it begins,
-        for a ranking gives way to it."""
+        """What the worker runs; one that a person is waiting for is visible until it
+        begins, for a ranking gives way to it."""
 
         def work() -> Any:
             self.waiting.pop(work, None)
@@ -278,7 +278,7 @@ class Server:
         return work
 
     def fault(self, why: Exception) -> JSONResponse:
-        """What nobody foresaw: said, and the visit goes on."""
+        """What nobody foresaw: said, and the session goes on."""
         internal_error(why)
         return JSONResponse(
             {
@@ -328,7 +328,7 @@ def show(address: str, folder: str | Path) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """`davarlab open`: until interrupted."""
-    visit = Visit(Path.cwd(), code=sys.stdin is not None and sys.stdin.isatty())
+    session = Session(Path.cwd(), code=sys.stdin is not None and sys.stdin.isatty())
     given = {
         "model": options.model,
         "sensor": options.sensor,
@@ -336,10 +336,10 @@ def run(options: argparse.Namespace) -> int:
         "skip": options.skip_lines,
     }
     if options.recording:
-        visit.intake.open(options.recording, **given)
+        session.intake.open(options.recording, **given)
     elif wrong := [name for name, value in given.items() if value]:
         raise BadInput(f"{FLAGS[wrong[0]]} needs a recording")
-    server = Server(visit)
+    server = Server(session)
     # asyncio sets TCP_NODELAY only on a socket whose protocol is named. Without, an answer waits
     # for 40 ms.
     tcp = socket.IPPROTO_TCP
@@ -350,9 +350,9 @@ def run(options: argparse.Namespace) -> int:
             listener.listen()
         except OSError as why:
             raise BadInput(f"--port {options.port}: {files.reason(why)}") from None
-        visit.port = listener.getsockname()[1]
-        server.token = tokens.of_port(visit.port)
-        address = f"http://{HOST}:{visit.port}/?token={server.token}"
+        session.port = listener.getsockname()[1]
+        server.token = tokens.of_port(session.port)
+        address = f"http://{HOST}:{session.port}/?token={server.token}"
         web = uvicorn.Server(
             uvicorn.Config(
                 server.app(),
@@ -377,7 +377,7 @@ def run(options: argparse.Namespace) -> int:
             try:
                 await web.serve(sockets=[listener])
             finally:
-                await server.loop.run_in_executor(None, visit.ears.quiet)
+                await server.loop.run_in_executor(None, session.listener.quiet)
 
         signal.signal(signal.SIGTERM, signal.default_int_handler)
         with contextlib.suppress(KeyboardInterrupt):

@@ -58,7 +58,7 @@ def fit_of(step: Step, steps: list[Step]) -> Step:
 
 
 @dataclass(frozen=True)
-class Sight:
+class Selection:
     """What of a recording is looked at: one gyro column, the whole of it, one stretch alone, or all
     but what was cut out (seconds)."""
 
@@ -71,11 +71,11 @@ class Sight:
         return json.dumps([self.column, self.alone, self.cut])
 
     @classmethod
-    def of_text(cls, text: str) -> "Sight":
+    def of_text(cls, text: str) -> "Selection":
         """What `text` gave. Raises ValueError for anything else."""
-        column, alone, cut = schema.sight(text)
+        column, alone, cut = schema.selection(text)
         if not all(0 <= start < stop for start, stop in ([alone] if alone else []) + cut):
-            raise ValueError("sight")
+            raise ValueError("selection")
         return cls(column, alone, tuple(cut))
 
 
@@ -90,15 +90,15 @@ def checked_step(entry: schema.KeptStep, place: int) -> Step:
 
 
 class Tree(TypedDict):
-    """The steps of one sight, and the number of the one where one stands."""
+    """The steps of one selection, and the number of the one where one stands."""
 
     steps: list[Step]
     current: int
 
 
 class Steps:
-    """The trees of a recording, one for each sight of it, and where one stands. Each change is in
-    the file before the page hears of it."""
+    """The trees of a recording, one for each selection of it, and where one stands. Each change is
+    in the file before the page hears of it."""
 
     def __init__(self, recording_path: str | Path, sensor: str | None = None) -> None:
         self.path = Path(
@@ -113,12 +113,12 @@ class Steps:
         )
         self.sha256 = files.sha256(recording_path)
         self.written: bytes | None = None  # what is in the file
-        self.trees: dict[str, Tree] = {}  # by Sight.text
-        self.sight: Sight | None = None  # the one looked at
+        self.trees: dict[str, Tree] = {}  # by Selection.text
+        self.selection: Selection | None = None  # the one looked at
 
     @classmethod
     def beside(cls, recording_path: str | Path, sensor: str | None = None) -> "Steps":
-        """Those of an earlier visit to this sensor of it; empty without one. Raises BadInput when
+        """Those of an earlier session to this sensor of it; empty without one. Raises BadInput when
         the file is not what this program wrote."""
         found = cls(recording_path, sensor)
         found.written = found.there()
@@ -164,30 +164,33 @@ class Steps:
         """What save() wrote, as a schema.Session. Raises BadInput and ValueError for anything
         else."""
         self.log = cast(Log, data.log.model_dump()) if data.log else None
-        self.sight, self.held_out = Sight.of_text(data.sight), data.held_out
-        for sight, tree in data.trees.items():
-            Sight.of_text(sight)
+        self.selection, self.held_out = Selection.of_text(data.selection), data.held_out
+        for selection, tree in data.trees.items():
+            Selection.of_text(selection)
             steps = [checked_step(one, place) for place, one in enumerate(tree.steps)]
             if tree.current >= len(steps):
                 raise ValueError("current")
-            self.trees[sight] = {"steps": steps, "current": tree.current}
-        if self.sight.text not in self.trees:
-            raise ValueError("sight")
+            self.trees[selection] = {"steps": steps, "current": tree.current}
+        if self.selection.text not in self.trees:
+            raise ValueError("selection")
 
     def save(self, trees: dict[str, Tree] | None = None) -> None:
         """Writes the session with these trees, which are the session's from then on; raises
         BadInput and changes nothing where it cannot."""
         trees = self.trees if trees is None else trees
         kept = {
-            sight: {"steps": [asdict(step) for step in tree["steps"]], "current": tree["current"]}
-            for sight, tree in trees.items()
+            selection: {
+                "steps": [asdict(step) for step in tree["steps"]],
+                "current": tree["current"],
+            }
+            for selection, tree in trees.items()
         }
         data = {
             "version": VERSION,
             "sha256": self.sha256,
             "log": self.log,
             "held_out": self.held_out,
-            "sight": self.seen,
+            "selection": self.seen,
             "trees": kept,
         }
         text = (json.dumps(data, indent=1, allow_nan=False) + "\n").encode()
@@ -199,23 +202,23 @@ class Steps:
         files.write_whole(self.path, text, follow=False)
         self.trees, self.written = trees, text
 
-    def tree(self, sight: Sight) -> Tree | None:
-        """The steps of a sight; None: it has none yet."""
-        return self.trees.get(sight.text)
+    def tree(self, selection: Selection) -> Tree | None:
+        """The steps of a selection; None: it has none yet."""
+        return self.trees.get(selection.text)
 
     @property
     def steps(self) -> list[Step]:
         return (
-            self.trees[self.sight.text]["steps"]
-            if self.sight and self.sight.text in self.trees
+            self.trees[self.selection.text]["steps"]
+            if self.selection and self.selection.text in self.trees
             else []
         )
 
     @property
     def seen(self) -> str:
-        """The text of the sight that is looked at."""
-        assert self.sight is not None  # there are steps of it
-        return self.sight.text
+        """The text of the selection that is looked at."""
+        assert self.selection is not None  # there are steps of it
+        return self.selection.text
 
     @property
     def current(self) -> int | None:
@@ -254,8 +257,8 @@ class Steps:
         self.save({**self.trees, self.seen: {"steps": self.steps, "current": number}})
 
     @property
-    def sights(self) -> list[Sight]:
-        return [Sight.of_text(text) for text in self.trees]
+    def selections(self) -> list[Selection]:
+        return [Selection.of_text(text) for text in self.trees]
 
     def way(self, step: Step) -> list[Json]:
         """label, error and floor of the steps to a step, the first one first."""

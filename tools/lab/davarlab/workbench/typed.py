@@ -5,16 +5,16 @@ import shlex
 from ..data import plausible
 from ..effects import own
 from ..tables import guess
-from . import desk as desks
-from .steps import Sight, Steps
+from . import dataset as datasets
+from .steps import Selection, Steps
 
 IMPORTED_NAME, MODEL_NAME = "rec.csv", "model.toml"  # in commands to type
 
 
-def commands(steps: Steps, sight: Sight) -> list[str]:
+def commands(steps: Steps, selection: Selection) -> list[str]:
     """What to type in a terminal, once the model is saved, for the same numbers; of a stretch
     nothing does."""
-    if sight.alone or sight.cut:
+    if selection.alone or selection.cut:
         return []
     imported, recording, rate = in_terminal(steps)
     rows = imported + [
@@ -36,7 +36,9 @@ def in_terminal(steps: Steps) -> tuple[list[list[str]], str, list[str]]:
     """(the import that the log needs, if any, the name of the recording behind it, its --rate,
     --as-recorded and --effects): words to type."""
     renames, scales = (
-        desks.pairs([guess.Guess(**one) for one in steps.log["columns"]]) if steps.log else ([], [])
+        datasets.pairs([guess.Guess(**one) for one in steps.log["columns"]])
+        if steps.log
+        else ([], [])
     )
     sensor = steps.log.get("sensor") if steps.log else None
     sensors = [sensor] if sensor else []

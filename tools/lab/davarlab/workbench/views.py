@@ -30,7 +30,7 @@ from ..model import Model, Term, is_accel
 from ..report import curves, values, verdict, words
 from ..report.values import Json
 from ..thresholds import CHANCE
-from .desk import Desk, Outcome
+from .dataset import Dataset, Outcome
 
 LINES = 400  # points of a spectrum
 PIECES, ROWS = 64, 60  # of a spectrogram
@@ -263,19 +263,19 @@ def densities(
     )
 
 
-def stretch(desk: Desk, start_s: float, stop_s: float, every: bool = False) -> Json:
+def stretch(dataset: Dataset, start_s: float, stop_s: float, every: bool = False) -> Json:
     """What is in a stretch of the record: the gyro, the temperature or every column, the
     spectrum."""
-    rate, gyro = desk.recording.rate_hz, desk.recording.rate_dps(desk.column)
+    rate, gyro = dataset.recording.rate_hz, dataset.recording.rate_dps(dataset.column)
     f, density = densities(gyro[None, int(start_s * rate) : int(stop_s * rate)], rate, 1, LINES)
-    others = [name for name in desk.recording.columns if name not in ("time_s", desk.column)]
+    others = [name for name in dataset.recording.columns if name not in ("time_s", dataset.column)]
     shown = others[: curves.COLUMNS] if every else [name for name in others if name == "temp_degC"]
-    columns = [desk.column, *shown]
+    columns = [dataset.column, *shown]
     return {
         "start_s": start_s,
         "stop_s": stop_s,
         "envelopes": [
-            curves.envelope(name, desk.recording.column(name), rate, (start_s, stop_s))
+            curves.envelope(name, dataset.recording.column(name), rate, (start_s, stop_s))
             for name in columns
         ],
         "f_hz": f,
@@ -283,8 +283,8 @@ def stretch(desk: Desk, start_s: float, stop_s: float, every: bool = False) -> J
     }
 
 
-def against(desk: Desk, text: str, column: str, lag_s: float) -> Json:
-    x, left, rising = desk.against(text, column, lag_s, CLOUD)
+def against(dataset: Dataset, text: str, column: str, lag_s: float) -> Json:
+    x, left, rising = dataset.against(text, column, lag_s, CLOUD)
     return {
         "column": column,
         "lag_s": lag_s,
@@ -294,18 +294,18 @@ def against(desk: Desk, text: str, column: str, lag_s: float) -> Json:
     }
 
 
-def axes(desk: Desk) -> list[Json]:
+def axes(dataset: Dataset) -> list[Json]:
     """The Allan deviation of every gyro, or accelerometer, of the recording, as it was read."""
-    found, window = [], desk.whole.samples // 2 * 2
+    found, window = [], dataset.whole.samples // 2 * 2
     taus = allan.octaves(window)
-    alike = [name for name in desk.axes if is_accel(name) == is_accel(desk.sight.column)]
+    alike = [name for name in dataset.axes if is_accel(name) == is_accel(dataset.selection.column)]
     for name in alike:
-        whole, model = for_analysis(desk.whole, Model(None, name))
+        whole, model = for_analysis(dataset.whole, Model(None, name))
         measured = allan.windows(whole.rate_dps(model.column), window, taus, whole.known)[0][0]
         found.append(
             {
                 "column": name,
-                "tau_s": [m / desk.whole.rate_hz for m in taus],
+                "tau_s": [m / dataset.whole.rate_hz for m in taus],
                 "measured": measured.tolist(),
             }
         )
@@ -321,16 +321,16 @@ def sheet(terms: Sequence[Term], rate_hz: float, samples: int) -> Json:
     return {"tau_s": [m / rate_hz for m in taus], "deviation": np.sqrt(variance).tolist()}
 
 
-def spectrogram(desk: Desk, column: str) -> Json:
+def spectrogram(dataset: Dataset, column: str) -> Json:
     """Densities of the gyro over time or over the value of another column: of sixty-fourths of the
     record, in the order of the column."""
-    rate, gyro = desk.recording.rate_hz, desk.recording.rate_dps(desk.column)
+    rate, gyro = dataset.recording.rate_hz, dataset.recording.rate_dps(dataset.column)
     length = len(gyro) // PIECES
     f, density = densities(gyro[: length * PIECES].reshape(PIECES, length), rate, 2, ROWS)
     place = (np.arange(PIECES) + 0.5) * length / rate
     if column != "time_s":
         place = (
-            desk.recording.column(column)[: length * PIECES].reshape(PIECES, length).mean(axis=1)
+            dataset.recording.column(column)[: length * PIECES].reshape(PIECES, length).mean(axis=1)
         )
     order = np.argsort(place, kind="stable")
     return {

@@ -98,7 +98,7 @@ async function draw(turn, before) {
   at("export").disabled = false;
   model.draw();
   steps.undoing();
-  where.sights();
+  where.selections();
   held.names();
   head.headline();
   await tabs.draw();
@@ -180,7 +180,7 @@ document.addEventListener("drop", (event) => {
   if (event.dataTransfer.files[0]) opened.drop(event.dataTransfer.files[0]);
 });
 
-at("axis").onchange = () => leaving(`Analysing ${at("axis").value}`, "sight", { column: at("axis").value });
+at("axis").onchange = () => leaving(`Analysing ${at("axis").value}`, "selection", { column: at("axis").value });
 at("close").onclick = opened.close;
 at("home").onclick = () => { plan(false); if (now.all?.recording || now.all?.log) opened.close(); };
 at("help-button").onclick = () => at("help").showModal();

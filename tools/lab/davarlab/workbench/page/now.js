@@ -3,7 +3,7 @@ import { act, forget } from "/page/api.js";
 import { unitText } from "/page/words.js";
 
 // all: the open recording and its steps. view: the displayed step. found: its candidates. turn: counts how often a step was drawn. stale: whether the page shows outdated results.
-// drawn: the curves and the error as they are shown, which differ from the step's while a value moves. before: the step before, as a ghost. cell: the selected one. length: of the windows of the map. left: the label of the control that had the focus.
+// drawn: the curves and the error as they are shown, which differ from the step's while a value moves. before: the step before, dotted. cell: the selected one. length: of the windows of the map. left: the label of the control that had the focus.
 export const now = { all: null, view: null, found: null, answer: null, turn: 0, stale: false, drawn: null, before: null, next: null, cell: null, length: 0, left: null };
 export const at = (id) => document.getElementById(id);
 const DONE_MS = 4000; // of a message

@@ -79,7 +79,7 @@ export class AllanChart {
     this.band = path(band);
     if (!small) this.ratioBand = path({ ...band, "clip-path": `url(#${this.clip}-r)` });
     this.overlays = (this.overlay || []).map((_, i) => path({ stroke: "var(--ink)", "stroke-width": 1.5, "stroke-dasharray": ["2 3", "7 4", "1 2"][i % 3] }));
-    this.ghost = path({ stroke: "var(--model)", "stroke-width": 1.5, "stroke-dasharray": "2 4", opacity: 0.7 });
+    this.before = path({ stroke: "var(--model)", "stroke-width": 1.5, "stroke-dasharray": "2 4", opacity: 0.7 });
     this.parts = (small ? [] : state.effects).map((_, i) => path({ stroke: "var(--soft)", "stroke-dasharray": DASHES[i % 4], class: "part" }));
     this.model = path({ stroke: "var(--model)", "stroke-width": 2.5, "stroke-linejoin": "round", class: "model" });
     this.next = path({ stroke: "var(--model)", "stroke-width": 2, "stroke-dasharray": "8 5", class: "next" });
@@ -142,7 +142,7 @@ export class AllanChart {
     this.name();
   }
 
-  showGhost(state) { if (this.ready) this.ghost.setAttribute("d", state ? line(this.X, this.Y, state.tau, state.model) : ""); }
+  showBefore(state) { if (this.ready) this.before.setAttribute("d", state ? line(this.X, this.Y, state.tau, state.model) : ""); }
 
   showNext(deviation) { if (this.ready) this.next.setAttribute("d", deviation ? line(this.X, this.Y, deviation.tau_s, deviation.model) : ""); }
 

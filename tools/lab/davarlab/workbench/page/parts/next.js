@@ -135,9 +135,9 @@ const RETRY_MS = 500; // until a question is asked again that gave way to an act
 export const pause = () => new Promise((done) => setTimeout(done, RETRY_MS));
 
 // Loads the error and the curve with the candidate of a card. false: nobody wants it any more.
-async function ghost({ one }, turn) {
+async function candidatePreview({ one }, turn) {
   while (wantedStill(turn)) {
-    const answer = await ask("ghost", { place: one.place, kind: one.kind, state: now.view.state });
+    const answer = await ask("candidate_preview", { place: one.place, kind: one.kind, state: now.view.state });
     if (!wantedStill(turn)) return false;
     if (!answer.superseded) { foreseen.set(one.place, answer); return true; }
     await pause();
@@ -149,7 +149,7 @@ async function ghost({ one }, turn) {
 async function foresee(turn) {
   if (settled() || now.answer.unknown) return;
   for (let card; (card = cards().find(({ one }) => !foreseen.has(one.place)));) {
-    if (!(await ghost(card, turn))) return;
+    if (!(await candidatePreview(card, turn))) return;
     redraw();
     if (card.one === cards()[0].one) show("next", now.next || expected());
   }
@@ -171,7 +171,7 @@ function preview(card) {
 async function look(card) {
   const { turn } = now;
   try {
-    if (!(await ghost(card, turn))) return;
+    if (!(await candidatePreview(card, turn))) return;
     redraw();
     if (wanted === card) show("next", { ...told(card), drawn: true });
   } catch (why) { if (wantedStill(turn)) refused(why); }

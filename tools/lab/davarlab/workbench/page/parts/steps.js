@@ -12,7 +12,7 @@ const undone = {}; // step -> the child that undo left, for redo
 export function undoing() {
   const here = now.all.steps[now.all.current], children = now.all.steps.filter((step) => step.parent === here.number);
   const child = children.find((step) => step.number === undone[here.number]) || children.at(-1);
-  at("undo").disabled = here.parent === null && !now.all.sights.some((one) => one.here && (one.cut.length || one.alone.length));
+  at("undo").disabled = here.parent === null && !now.all.selections.some((one) => one.here && (one.cut.length || one.alone.length));
   at("redo").disabled = !child;
   at("undo").title = here.parent === null ? "Undo (u)" : `Undo: ${here.did} (u)`;
   at("redo").title = child ? `Redo: ${child.did} (r)` : "Redo (r)";
@@ -25,8 +25,8 @@ export function whenUncut(work) { leave = work; }
 
 // Undoes the last cut, or the selection of a part.
 function uncut() {
-  const { column, cut } = now.all.sights.find((one) => one.here);
-  leave("Undoing the cut", "sight", { column, cut: cut.slice(0, -1) });
+  const { column, cut } = now.all.selections.find((one) => one.here);
+  leave("Undoing the cut", "selection", { column, cut: cut.slice(0, -1) });
 }
 
 // The way to the current step. Of values set by hand one after the other, only the last.

@@ -66,7 +66,7 @@ const missing = (row) => (settled(row) ? "Nothing" : row.unknown ? "No known eff
 async function open(sensor, column) {
   select("fit");
   if (sensor !== (now.all.sensor || "")) await leaving(`Reading ${sensor}`, "open", { path: now.all.path, sensor });
-  if (sensor === (now.all.sensor || "") && column !== now.all.column) await leaving(`Analysing ${column}`, "sight", { column });
+  if (sensor === (now.all.sensor || "") && column !== now.all.column) await leaving(`Analysing ${column}`, "selection", { column });
 }
 
 // A gyro and an accelerometer have other units of one effect.

@@ -35,7 +35,7 @@ export function draw() {
   at("windows").hidden = chart.phone || all.length < 2;
   grasp();
   keys(chart.drawing, focused);
-  ghosts();
+  showBefore();
   chart.showFlag(now.view.worst, now.view.headline[0].includes("off by"));
   chart.showCell(now.cell);
 }
@@ -50,8 +50,8 @@ function windows(all) {
   at("windows").style.top = `${at("deviation").offsetTop + chart.stripTop + 3}px`;
 }
 
-function ghosts() {
-  chart.showGhost(now.before);
+function showBefore() {
+  chart.showBefore(now.before);
   chart.showNext(now.next?.drawn ? now.next.deviation : null);
 }
 
@@ -62,7 +62,7 @@ export function update(state) {
   if (now.animated) chart?.flag?.replaceChildren();
 }
 
-hear("next", () => chart && ghosts());
+hear("next", () => chart && showBefore());
 hear("cell", (cell) => chart?.showCell(cell));
 
 export function zoom(factor) {

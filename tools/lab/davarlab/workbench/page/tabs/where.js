@@ -13,9 +13,9 @@ export function build(panel) {
   const field = (id, name) => element("label", {}, `${name} `, element("input", { type: "number", id, step: "any", min: 0 }));
   panel.append(element("div", { class: "where" }, element("div", { class: "plot", id: "map" }), element("div", { id: "cell", class: "aside", tabindex: 0, role: "group", "aria-label": "The selected cell" })),
     element("form", { id: "stretch", class: "row bottom", onsubmit: (event) => event.preventDefault() }, field("from", "From"), field("to", "to"), "s",
-      element("button", { type: "button", id: "alone", onclick: () => leaving("Analysing this part", "sight", { column: now.all.column, alone: span() }) }, "Analyse only this"),
-      element("button", { type: "button", id: "cut", onclick: () => leaving("Excluding this part", "sight", { column: now.all.column, cut: [...now.all.cut, span()] }) }, "Exclude it"),
-      element("span", { class: "grow" }), element("label", { id: "sights-label" }, "Analysed ", element("select", { id: "sights", onchange: other }))));
+      element("button", { type: "button", id: "alone", onclick: () => leaving("Analysing this part", "selection", { column: now.all.column, alone: span() }) }, "Analyse only this"),
+      element("button", { type: "button", id: "cut", onclick: () => leaving("Excluding this part", "selection", { column: now.all.column, cut: [...now.all.cut, span()] }) }, "Exclude it"),
+      element("span", { class: "grow" }), element("label", { id: "selections-label" }, "Analysed ", element("select", { id: "selections", onchange: other }))));
 }
 
 // Converts seconds of the analysed part to seconds of the whole recording.
@@ -23,15 +23,15 @@ const whole = (edges) => edges.map((edge) => edge + (now.all.alone[0] || 0));
 const span = () => whole([Number(at("from").value), Number(at("to").value)]);
 
 function other() {
-  const { column, alone, cut } = now.all.sights[Number(at("sights").value)];
-  leaving("Analysing the selection", "sight", { column, alone, cut });
+  const { column, alone, cut } = now.all.selections[Number(at("selections").value)];
+  leaving("Analysing the selection", "selection", { column, alone, cut });
 }
 
-export function sights() {
+export function selections() {
   const said = (one) => one.column + (one.alone.length ? `, ${number(one.alone[0], 6)} to ${number(one.alone[1], 6)} s only` : "")
     + one.cut.map(([a, b]) => `, without ${number(a, 6)} to ${number(b, 6)} s`).join("");
-  fill("sights", ...now.all.sights.map((one, place) => element("option", { value: place, selected: one.here }, said(one))));
-  at("sights-label").hidden = now.all.sights.length < 2;
+  fill("selections", ...now.all.selections.map((one, place) => element("option", { value: place, selected: one.here }, said(one))));
+  at("selections-label").hidden = now.all.selections.length < 2;
   at("cut").disabled = now.all.alone.length > 0;
 }
 

@@ -1,4 +1,4 @@
-"""Where a visit stands: what lies on the desk, for the parts of the visit to work on."""
+"""Where a session stands: what is open, for the parts of the session to work on."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -10,10 +10,10 @@ from ...data.recording import Recording
 from ...errors import BadInput
 from ...report.values import Json
 from ...tables import guess
-from .. import desk as desks
+from .. import dataset as datasets
 from ..arrivals import Arrivals, Tell
-from ..ears import Ears
-from ..steps import Log, Sight, Steps
+from ..listener import Listener
+from ..steps import Log, Selection, Steps
 
 Wish = tuple[str, dict[str, Any]]  # what somebody waits for: a call and what it is given
 
@@ -44,7 +44,7 @@ def named(log: Log | None) -> list[guess.Guess]:
 def as_named(path: str | Path, steps: Steps) -> Recording:
     """A recording whose columns are those that the session's log was read with."""
     log = steps.log
-    return desks.read(
+    return datasets.read(
         path,
         named(log),
         log["rate_hz"] if log else None,
@@ -60,57 +60,59 @@ def nobody(but: Wish | None = None) -> bool:
 
 
 class Standing:
-    """Keeps what lies on the desk. code: may a page run effects that somebody writes in it."""
+    """Keeps what is open. code: may a page run effects that somebody writes in it."""
 
     def __init__(self, folder: str | Path, code: bool = False) -> None:
         self.code, self.port = code, 0
         self.arrivals = Arrivals(folder)
-        self.desk: desks.Desk | None = None
-        self.desks: dict[Sight, desks.Desk] = {}  # of the complete axes of the recording
+        self.dataset: datasets.Dataset | None = None
+        self.datasets: dict[
+            Selection, datasets.Dataset
+        ] = {}  # of the complete axes of the recording
         self.steps: Steps | None = None
         self.held: Recording | None = None  # the recording that is held out
-        self.not_held = ""  # why what was held out in an earlier visit is not now
+        self.not_held = ""  # why what was held out in an earlier session is not now
         self.revision = 0  # counts the changes
         self.log: Waiting | None = None  # one that waits to be read
         self.tell: Tell = lambda **event: None
-        self.ears = Ears(self.arrivals, lambda **event: self.tell(**event))
+        self.listener = Listener(self.arrivals, lambda **event: self.tell(**event))
         # Does somebody wait for something else than `but`.
-        self.hurried: Callable[[Wish | None], bool] = nobody
+        self.superseded: Callable[[Wish | None], bool] = nobody
 
     @property
-    def open_desk(self) -> desks.Desk:
-        """The desk with its recording. Raises Stale while there is none."""
-        if not self.desk:
+    def open_dataset(self) -> datasets.Dataset:
+        """The dataset with its recording. Raises Stale while there is none."""
+        if not self.dataset:
             raise Stale("no recording is open")
-        return self.desk
+        return self.dataset
 
     @property
     def open_steps(self) -> Steps:
-        """The steps of the recording on the desk. Raises Stale while there is none."""
+        """The steps of the recording that is open. Raises Stale while there is none."""
         if not self.steps:
             raise Stale("no recording is open")
         return self.steps
 
     def spoken(self, found: Json) -> Json:
         """What a page shows, in the language of a gyro or an accelerometer."""
-        said: Json = axes.spoken(found, self.open_desk.sight.column)
+        said: Json = axes.spoken(found, self.open_dataset.selection.column)
         return said
 
     def progress(self, text: str) -> None:
         self.tell(progress=text)
 
-    def desk_at(self, recording: Recording, sight: Sight) -> desks.Desk:
-        """The desk of a sight. Those of complete axes stay, with the newest of what was computed on
-        them."""
-        kept = self.desks
+    def dataset_at(self, recording: Recording, selection: Selection) -> datasets.Dataset:
+        """The dataset of a selection. Those of complete axes stay, with the newest of what was
+        computed on them."""
+        kept = self.datasets
         if any(one.whole is not recording for one in kept.values()):
             kept.clear()
-        if sight.alone or sight.cut:
-            return desks.Desk(recording, sight)
-        if sight not in kept:
+        if selection.alone or selection.cut:
+            return datasets.Dataset(recording, selection)
+        if selection not in kept:
             shared = next((one.outcomes for one in kept.values()), None)
-            kept[sight] = desks.Desk(recording, sight, shared)
-        return kept[sight]
+            kept[selection] = datasets.Dataset(recording, selection, shared)
+        return kept[selection]
 
     def changed(self) -> Json:
         self.revision += 1
@@ -118,5 +120,5 @@ class Standing:
         return self.everything()
 
     def everything(self) -> Json:
-        """Where the visit stands, as a page shows it."""
+        """Where the session stands, as a page shows it."""
         raise NotImplementedError

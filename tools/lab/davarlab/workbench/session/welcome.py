@@ -31,7 +31,7 @@ def session(path: Path) -> Json | None:
         data = schema.session(files.read_whole(path))
     except (BadInput, ValueError):
         return None
-    tree, sensor = data.trees.get(data.sight), data.log.sensor if data.log else None
+    tree, sensor = data.trees.get(data.selection), data.log.sensor if data.log else None
     step = tree.steps[tree.current] if tree and tree.current < len(tree.steps) else None
     recording = Path(str(path).removesuffix(ENDING))
     if sensor:  # its name stands between

@@ -1,4 +1,4 @@
-"""A visit to the workbench: its parts, and the table of everything that a page may ask or do."""
+"""A session of the workbench: its parts, and the table of everything that a page may ask or do."""
 
 import os
 from collections.abc import Callable
@@ -11,36 +11,36 @@ from ... import axes
 from ...report.values import Json
 from .. import plans, typed
 from . import welcome
-from .closer import Closer
+from .details import Details
 from .hold_out import HoldOut
+from .inspection import Inspection
 from .intake import Intake
-from .looks import Looks
 from .own import Own
 from .standing import Standing
 from .stepping import Stepping
 from .survey import Survey
 
-# Questions need the bench of a fit, looks only what is there, plans nothing of it; actions change
-# something; code is an action that runs what somebody wrote.
-QUESTION, LOOK, PLAN, ACTION, CODE = "question", "look", "plan", "action", "code"
+# Questions need the bench of a fit, an inspection only what is there, plans nothing of it; actions
+# change something; code is an action that runs what somebody wrote.
+QUESTION, INSPECTION, PLAN, ACTION, CODE = "question", "inspection", "plan", "action", "code"
 CALLS = {
     "step": (QUESTION, "stepping.step"),
     "candidates": (QUESTION, "stepping.candidates"),
     "axis": (QUESTION, "survey.axis"),
     "sensors": (QUESTION, "survey.sensors"),
     "sensor_axes": (QUESTION, "survey.sensor_axes"),
-    "ghost": (QUESTION, "stepping.ghost"),
+    "candidate_preview": (QUESTION, "stepping.candidate_preview"),
     "preview": (QUESTION, "stepping.preview"),
     "held_out": (QUESTION, "hold.held_out"),
-    "against": (QUESTION, "closer.against"),
-    "report": (QUESTION, "closer.report"),
-    "all": (LOOK, "everything"),
-    "live": (LOOK, "ears.so_far"),
-    "save": (LOOK, "closer.save"),
-    "stretch": (LOOK, "looks.stretch"),
-    "spectrogram": (LOOK, "looks.spectrogram"),
-    "axes": (LOOK, "looks.axes"),
-    "sheet": (LOOK, "looks.sheet"),
+    "against": (QUESTION, "details.against"),
+    "report": (QUESTION, "details.report"),
+    "all": (INSPECTION, "everything"),
+    "live": (INSPECTION, "listener.so_far"),
+    "save": (INSPECTION, "details.save"),
+    "stretch": (INSPECTION, "inspection.stretch"),
+    "spectrogram": (INSPECTION, "inspection.spectrogram"),
+    "axes": (INSPECTION, "inspection.axes"),
+    "sheet": (INSPECTION, "inspection.sheet"),
     "planner": (PLAN, "plans.planner"),
     "plan": (PLAN, "plans.plan"),
     "setup": (PLAN, "plans.setup"),
@@ -50,7 +50,7 @@ CALLS = {
     "names": (ACTION, "intake.names"),
     "skip": (ACTION, "intake.skip"),
     "read": (ACTION, "intake.read"),
-    "sight": (ACTION, "intake.sight"),
+    "selection": (ACTION, "intake.selection"),
     "freeze": (ACTION, "intake.freeze"),
     "add": (ACTION, "stepping.add"),
     "line": (ACTION, "stepping.line"),
@@ -62,9 +62,9 @@ CALLS = {
     "let_go": (ACTION, "hold.let_go"),
     "listen": (ACTION, "listen"),
     "deafen": (ACTION, "deafen"),
-    "kalibr": (ACTION, "closer.kalibr"),
+    "kalibr": (ACTION, "details.kalibr"),
     "close": (ACTION, "close"),
-    "own": (LOOK, "own.start"),
+    "own": (INSPECTION, "own.start"),
     "check_own": (CODE, "own.check"),
     "add_own": (CODE, "own.add"),
 }
@@ -72,20 +72,20 @@ CALLS = {
 
 @dataclass(frozen=True)
 class Call:
-    """kind: QUESTION, LOOK, PLAN, ACTION or CODE; run: a function of plain values that returns
-    plain values."""
+    """kind: QUESTION, INSPECTION, PLAN, ACTION or CODE; run: a function of plain values that
+    returns plain values."""
 
     kind: str
     run: Callable[..., Any]
 
 
-class Visit(Standing):
+class Session(Standing):
     """calls: name -> Call, of CALLS; their parts work on what Standing keeps."""
 
     def __init__(self, folder: str | Path, code: bool = False) -> None:
         super().__init__(folder, code)
-        self.plans, self.looks, self.stepping = plans, Looks(self), Stepping(self)
-        self.closer = Closer(self, self.stepping)
+        self.plans, self.inspection, self.stepping = plans, Inspection(self), Stepping(self)
+        self.details = Details(self, self.stepping)
         self.hold, self.survey = HoldOut(self, self.stepping), Survey(self, self.stepping)
         self.own = Own(self, self.stepping, self.survey)
         self.intake = Intake(self, self.own, self.hold, self.stepping)
@@ -94,9 +94,15 @@ class Visit(Standing):
         }
 
     def everything(self) -> Json:
-        """Where the visit stands; `step` gives what a step looks like."""
-        desk, steps, log, held, live = self.desk, self.steps, self.log, self.held, self.ears.where()
-        if not desk or not steps:
+        """Where the session stands; `step` gives what is shown of a step."""
+        dataset, steps, log, held, live = (
+            self.dataset,
+            self.steps,
+            self.log,
+            self.held,
+            self.listener.where(),
+        )
+        if not dataset or not steps:
             return {
                 "again": typed.again(None, self.port),
                 "revision": self.revision,
@@ -107,7 +113,7 @@ class Visit(Standing):
                 "recent": welcome.recent([self.arrivals.folder, self.arrivals.folder.parent]),
                 "sources": welcome.sources(),
             }
-        recording = desk.recording
+        recording = dataset.recording
         return {
             "revision": self.revision,
             "recording": str(recording.name),
@@ -121,20 +127,24 @@ class Visit(Standing):
             "path": os.path.abspath(steps.recording),
             "sensor": steps.log.get("sensor") if steps.log else None,
             "duration_s": recording.samples / recording.rate_hz,
-            "column": desk.sight.column,
-            "unit": axes.rate_unit(desk.sight.column),
-            "columns": [name for name in recording.columns if name not in ("time_s", desk.column)],
-            "gyros": desk.axes,
-            "alone": desk.sight.alone,
-            "cut": desk.sight.cut,
-            "sights": [vars(one) | {"here": one == desk.sight} for one in steps.sights],
+            "column": dataset.selection.column,
+            "unit": axes.rate_unit(dataset.selection.column),
+            "columns": [
+                name for name in recording.columns if name not in ("time_s", dataset.column)
+            ],
+            "gyros": dataset.axes,
+            "alone": dataset.selection.alone,
+            "cut": dataset.selection.cut,
+            "selections": [
+                vars(one) | {"here": one == dataset.selection} for one in steps.selections
+            ],
             "held_out": held and str(held.name),
             "not_held": self.not_held,
             "current": steps.current,
             "session": str(steps.path),
             "code": self.code,
             "own": self.own.kinds(),
-            "commands": typed.commands(steps, desk.sight),
+            "commands": typed.commands(steps, dataset.selection),
             "steps": [
                 {
                     "number": s.number,
@@ -150,18 +160,18 @@ class Visit(Standing):
 
     def close(self) -> Json:
         """Back to the first page; the session stays beside its recording."""
-        self.desk, self.steps, self.log, self.held, self.not_held = None, None, None, None, ""
-        self.desks.clear()
+        self.dataset, self.steps, self.log, self.held, self.not_held = None, None, None, None, ""
+        self.datasets.clear()
         self.survey.beside = None
         self.own.go("")
         return self.changed()
 
     def listen(self, source: str) -> Json:
         """Shows and records what a sensor sends, from a source of `davarlab live`."""
-        self.ears.listen(source)
+        self.listener.listen(source)
         return self.changed()
 
     def deafen(self) -> Json:
         """Nothing is listened to any more; what came is in the file."""
-        self.ears.quiet()
+        self.listener.quiet()
         return self.changed()

@@ -19,7 +19,7 @@ from ...effects import own, table
 from ...effects.base import Effect, Values, needed
 from ...errors import BadInput
 from ...report.values import Json
-from .. import desk as desks
+from .. import dataset as datasets
 from ..steps import ENDING
 from .standing import Standing
 from .stepping import Stepping
@@ -65,7 +65,7 @@ def answers(effect: Effect, recording: Recording) -> Json:
             known = "the mean of the axis" if effect.role == "mean" else "angle random walk"
             raise BadInput(f"the regressor is constant, which is {known} already")
         said = f"{len(course)} values from {course.min():.4g} to {course.max():.4g}"
-        return {"said": said, "course": desks.picture(course)}
+        return {"said": said, "course": datasets.picture(course)}
     f = np.geomspace(recording.rate_hz / recording.samples, recording.rate_hz / 2, DENSITIES)
     density = needed(effect.spectrum)(f, recording.rate_hz, shape)
     said = f"densities from {density.min():.4g} to {density.max():.4g}"
@@ -73,11 +73,11 @@ def answers(effect: Effect, recording: Recording) -> Json:
 
 
 class Own:
-    """The effects of a visit. kept: by recording, kind -> (effect, file, text), the one that was
+    """The effects of a session. kept: by recording, kind -> (effect, file, text), the one that was
     written last at the end; they are in the table while that recording is open."""
 
-    def __init__(self, visit: Standing, stepping: Stepping, survey: Survey) -> None:
-        self.visit, self.stepping, self.survey = visit, stepping, survey
+    def __init__(self, session: Standing, stepping: Stepping, survey: Survey) -> None:
+        self.session, self.stepping, self.survey = session, stepping, survey
         self.kept: dict[str, dict[str, tuple[Effect, str, str]]] = {}
         self.at = ""  # the recording whose effects are in the table
 
@@ -110,12 +110,14 @@ class Own:
     def start(self, column: str | None = None, kind: str | None = None) -> Json:
         """What the editor begins with: a template for a column of the recording; `kind`: the code
         of this effect, under a new kind, because steps that have it keep theirs."""
-        desk = self.visit.open_desk
-        others = [name for name in desk.recording.columns if name not in ("time_s", desk.column)]
-        free = next((name for name in others if name not in desk.axes), None)
+        dataset = self.session.open_dataset
+        others = [
+            name for name in dataset.recording.columns if name not in ("time_s", dataset.column)
+        ]
+        free = next((name for name in others if name not in dataset.axes), None)
         what = column if column in others else free
         text = template(what) if kind is None else self.renamed(kind)
-        return {"text": text, "gyro": desks.picture(desk.recording.rate_dps(desk.column))}
+        return {"text": text, "gyro": datasets.picture(dataset.recording.rate_dps(dataset.column))}
 
     def kinds(self) -> list[str]:
         """Those written in the page for the open recording."""
@@ -145,7 +147,7 @@ class Own:
         what is wrong."""
         try:
             effect = self.made(text)
-            return effect, answers(effect, self.visit.open_desk.recording)
+            return effect, answers(effect, self.session.open_dataset.recording)
         except BadInput as why:
             raise BadInput(str(why).removeprefix("--effects: the editor: ")) from None
 
@@ -158,7 +160,7 @@ class Own:
         return {"kind": effect.kind, "file": self.file(effect.kind), **found}
 
     def file(self, kind: str) -> str:
-        return f"{self.visit.open_steps.recording}.{kind}.py"
+        return f"{self.session.open_steps.recording}.{kind}.py"
 
     def add(self, text: str, state: str) -> Json:
         """The effect joins the table and the model. Its file is written beside the session."""
@@ -206,14 +208,14 @@ class Own:
             raise
 
     def put(self, kind: str, entry: tuple[Effect, str, str] | None) -> None:
-        """Has this as the effect of the kind, None: no effect. No desk keeps what it computed with
-        the one before."""
+        """Has this as the effect of the kind, None: no effect. No dataset keeps what it computed
+        with the one before."""
         mine = self.kept[self.at]
         gone = mine.pop(kind, None)
         if gone:
             own.drop(kind)
-        for desk in (self.visit.open_desk, *self.visit.desks.values()):
-            desk.forget(fits=gone is not None)
+        for dataset in (self.session.open_dataset, *self.session.datasets.values()):
+            dataset.forget(fits=gone is not None)
         self.survey.beside = None
         if entry:
             own.install(entry[0], entry[1])
@@ -222,7 +224,7 @@ class Own:
     def used(self, kind: str) -> bool:
         """Does a step of a session of the recording have an effect of this kind: a log has one
         session for each of its sensors."""
-        recording = Path(self.visit.open_steps.recording)
+        recording = Path(self.session.open_steps.recording)
         names = f"{glob.escape(recording.name)}*{ENDING}"
         word = re.compile(rf'"{kind}\\?"'.encode())  # in a model file of the session, or beside it
         return any(word.search(files.read_whole(one)) for one in recording.parent.glob(names))

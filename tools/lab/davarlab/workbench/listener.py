@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from .listening import Listening
 
 
-class Ears:
+class Listener:
     """tell: as of Listening."""
 
     def __init__(self, arrivals: Arrivals, tell: Tell) -> None:

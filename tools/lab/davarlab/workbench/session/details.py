@@ -1,4 +1,4 @@
-"""Looking closer at a step, and what is taken home of it."""
+"""The details of a step, and the files that are written of it."""
 
 from ... import kalibr
 from ... import model as models
@@ -15,44 +15,46 @@ from .stepping import Stepping
 WINDOW = 6000  # samples of the device's window, as davarlab export has it
 
 
-class Closer:
-    """Answers what needs a fit, and writes files, for a visit. What needs no fit is in looks.py."""
+class Details:
+    """Answers what needs a fit, and writes files, for a session. What needs no fit is in
+    inspection.py."""
 
-    def __init__(self, visit: Standing, stepping: Stepping) -> None:
-        self.visit, self.stepping = visit, stepping
+    def __init__(self, session: Standing, stepping: Stepping) -> None:
+        self.session, self.stepping = session, stepping
 
     def against(self, column: str, lag_s: float = 0.0) -> Json:
         """What the model's courses leave of the gyro, beside another column."""
         step = self.stepping.here()
-        if column not in self.visit.open_desk.recording.columns:
+        if column not in self.session.open_dataset.recording.columns:
             raise BadInput(f"no column {column}")
         if (
             not 0
             <= lag_s
-            <= self.visit.open_desk.recording.samples / self.visit.open_desk.recording.rate_hz
+            <= self.session.open_dataset.recording.samples
+            / self.session.open_dataset.recording.rate_hz
         ):
             raise BadInput(f"a lag of {lag_s} s: from 0 to the length of the recording")
-        return views.against(self.visit.open_desk, step.text, column, lag_s)
+        return views.against(self.session.open_dataset, step.text, column, lag_s)
 
     def report(self, number: int | None = None, state: str | None = None) -> bytes:
         """The still page of a step: that of `davarlab compare --report`."""
         step = self.stepping.shown(number, state)
-        if self.visit.open_desk.sight.alone or self.visit.open_desk.sight.cut:
+        if self.session.open_dataset.selection.alone or self.session.open_dataset.selection.cut:
             raise BadInput("a report is of a whole recording: look at all of it first")
-        _, recording, rate = typed.in_terminal(self.visit.open_steps)
-        return self.visit.open_desk.report(
+        _, recording, rate = typed.in_terminal(self.session.open_steps)
+        return self.session.open_dataset.report(
             self.stepping.outcome(step),
-            self.visit.open_steps.recording,
+            self.session.open_steps.recording,
             (recording, typed.MODEL_NAME, rate),
-            self.visit.open_steps.way(step),
-            self.visit.progress,
+            self.session.open_steps.way(step),
+            self.session.progress,
         )
 
     def save(self, what: str, number: int | None = None, state: str | None = None) -> bytes:
         """The model to take home: toml, the table for the device (h), its filter (plan), or the
         parameters of another program."""
-        step, desk = self.stepping.shown(number, state), self.visit.open_desk
-        spoiler = spoiler_of(fitting.observed(desk.recording, desk.column))
+        step, dataset = self.stepping.shown(number, state), self.session.open_dataset
+        spoiler = spoiler_of(fitting.observed(dataset.recording, dataset.column))
         if spoiler:
             raise BadInput(f"no model is exported. {verdict.observation(spoiler)}")
         if what == "toml":
@@ -68,6 +70,6 @@ class Closer:
 
     def kalibr(self, text: str) -> Json:
         """The numbers of a kalibr file, as a data sheet's."""
-        accel = self.visit.desk and is_accel(self.visit.desk.sight.column)
+        accel = self.session.dataset and is_accel(self.session.dataset.selection.column)
         kinds = kalibr.ACCEL_KINDS if accel else kalibr.KINDS
         return {"sheet": kalibr.sizes(text, "the kalibr file", kinds)}

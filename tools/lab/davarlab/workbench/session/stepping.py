@@ -1,4 +1,5 @@
-"""The steps of a visit: which one is current, what is beside it, and what leads to another one."""
+"""The steps of a session: which one is current, what is beside it, and what leads to another
+one."""
 
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
@@ -11,7 +12,7 @@ from ...model import Model
 from ...report import words
 from ...report.values import Json
 from .. import schema, views
-from ..desk import Desk, Outcome
+from ..dataset import Dataset, Outcome
 from ..steps import Step, Steps, fit_of
 from .standing import Stale, Standing, Wish
 
@@ -23,24 +24,24 @@ class Superseded(Exception):
 
 
 class Stepping:
-    """Takes the steps of a visit."""
+    """Takes the steps of a session."""
 
-    def __init__(self, visit: Standing) -> None:
-        self.visit = visit
+    def __init__(self, session: Standing) -> None:
+        self.session = session
 
     def here(self, number: int | None = None) -> Step:
         """The current step; `number`: that step."""
-        steps = self.visit.open_steps
+        steps = self.session.open_steps
         return steps.here if number is None else steps.steps[self.known(number)]
 
     def state(self, step: Step | None = None) -> str:
-        """Names what a page shows: the recording, the sight of it, the step and its model."""
+        """Names what a page shows: the recording, the selection of it, the step and its model."""
         step = step or self.here()
         return hashlib.sha256(
             "\0".join(
                 [
-                    str(self.visit.open_steps.path),
-                    self.visit.open_steps.seen,
+                    str(self.session.open_steps.path),
+                    self.session.open_steps.seen,
                     str(step.number),
                     step.text,
                 ]
@@ -63,24 +64,30 @@ class Stepping:
         return self.here(number) if state is None else self.current(state)
 
     def known(self, number: int) -> int:
-        if not 0 <= number < len(self.visit.open_steps.steps):
+        if not 0 <= number < len(self.session.open_steps.steps):
             raise BadInput(f"there is no step {number}")
         return number
 
     def outcome(self, step: Step) -> Outcome:
-        return self.visit.open_desk.of(step.text, step.fitted, self.visit.progress)
+        return self.session.open_dataset.of(step.text, step.fitted, self.session.progress)
 
     def grown(
-        self, steps: Steps, desk: Desk, did: str, outcome: Outcome, fitted: bool = True, **more: Any
+        self,
+        steps: Steps,
+        dataset: Dataset,
+        did: str,
+        outcome: Outcome,
+        fitted: bool = True,
+        **more: Any,
     ) -> None:
         """A new step. Its model file is that of the fitted values, so that a terminal gives the
         same."""
         if fitted:
-            desk.keep(outcome)
+            dataset.keep(outcome)
         judgement = outcome.state.judgement
         steps.grow(
             did,
-            desk.called(outcome.model),
+            dataset.called(outcome.model),
             fitted=fitted,
             error=judgement.error,
             floor=judgement.floor,
@@ -89,12 +96,12 @@ class Stepping:
         )
 
     def grow(self, did: str, outcome: Outcome, **more: Any) -> Json:
-        self.grown(self.visit.open_steps, self.visit.open_desk, did, outcome, **more)
-        return self.visit.changed()
+        self.grown(self.session.open_steps, self.session.open_dataset, did, outcome, **more)
+        return self.session.changed()
 
     def fit(self, model: Model) -> Outcome:
-        desk = self.visit.open_desk
-        return desk.of(desk.text(model), True, self.visit.progress)
+        dataset = self.session.open_dataset
+        return dataset.of(dataset.text(model), True, self.session.progress)
 
     def step(self, number: int | None = None) -> Json:
         """A step as the page draws it."""
@@ -106,8 +113,8 @@ class Stepping:
             "did": step.did,
             "fitted": step.fitted,
             "off": step.off,
-            **self.visit.spoken(
-                views.model(outcome, self.visit.open_desk.recording, step.parent is None)
+            **self.session.spoken(
+                views.model(outcome, self.session.open_dataset.recording, step.parent is None)
             ),
         }
 
@@ -120,25 +127,25 @@ class Stepping:
         def partly(kind: str, found: Sequence[Candidate | None]) -> None:
             self.give_way()
             so_far = sorted(filter(None, found), key=lambda candidate: candidate.log_p)
-            said = self.visit.spoken({"candidates": views.candidates(so_far)})
-            self.visit.tell(ranking=state, trying=words.name(kind), **said)
+            said = self.session.spoken({"candidates": views.candidates(so_far)})
+            self.session.tell(ranking=state, trying=words.name(kind), **said)
 
-        desk = self.visit.open_desk
+        dataset = self.session.open_dataset
         try:
-            ranked = desk.ranked(text, self.visit.progress, partly, self.give_way)
-            outcome = desk.of(text, True, self.visit.progress)
+            ranked = dataset.ranked(text, self.session.progress, partly, self.give_way)
+            outcome = dataset.of(text, True, self.session.progress)
             found = {
                 "number": step.number,
                 "state": state,
-                **views.ranking(outcome, desk.recording, ranked),
+                **views.ranking(outcome, dataset.recording, ranked),
             }
-            return self.visit.spoken(found)
+            return self.session.spoken(found)
         except Superseded:
             return {"number": step.number, "state": state, "superseded": True}
 
     def candidate(self, step: Step, place: int, kind: str) -> Candidate:
         text = self.fitted_step(step).text
-        ranked = self.visit.open_desk.ranked(text, self.visit.progress)
+        ranked = self.session.open_dataset.ranked(text, self.session.progress)
         if place >= len(ranked):
             raise BadInput(f"there is no candidate {place}")
         return self.of_kind(ranked[place], kind)
@@ -155,10 +162,10 @@ class Stepping:
 
     def give_way(self, but: Wish | None = None) -> None:
         """Raises Superseded when somebody does something else than `but`, or holds a slider."""
-        if self.visit.hurried(but):
+        if self.session.superseded(but):
             raise Superseded
 
-    def ghost(self, place: int, kind: str, state: str) -> Json:
+    def candidate_preview(self, place: int, kind: str, state: str) -> Json:
         """The curve and the error with a candidate, before it is added; given up as the ranking
         is, and when the page shows an older step, but not for Add, which takes the result."""
         same = "add", {"place": place, "kind": kind, "state": state}
@@ -170,7 +177,7 @@ class Stepping:
             return {"superseded": True}
         judgement = found.state.judgement
         return {
-            "deviation": views.deviation(found, self.visit.open_desk.recording),
+            "deviation": views.deviation(found, self.session.open_dataset.recording),
             "error": judgement.error,
             "floor": judgement.floor,
         }
@@ -179,7 +186,7 @@ class Stepping:
         """The curve with one value moved, while a slider is held."""
         step = self.current(state)
         model = self.moved(step, place, kind, {name: value})
-        return views.preview(self.visit.open_desk.given(self.best(step), model))
+        return views.preview(self.session.open_dataset.given(self.best(step), model))
 
     def moved(
         self, step: Step, place: int, kind: str, parameters: Mapping[str, float | str]
@@ -198,10 +205,10 @@ class Stepping:
     ) -> Outcome:
         text = self.fitted_step(step).text
         key = (text, candidate.kind, str(candidate.part.key))
-        return self.visit.open_desk.remembered(
+        return self.session.open_dataset.remembered(
             key,
-            lambda: self.visit.open_desk.with_candidate(
-                text, candidate, self.visit.progress, between
+            lambda: self.session.open_dataset.with_candidate(
+                text, candidate, self.session.progress, between
             ),
         )
 
@@ -215,11 +222,11 @@ class Stepping:
         record's length."""
         step = self.current(state)
         text = self.fitted_step(step).text
-        return self.join(step, self.visit.open_desk.line_at(text, f_hz, wide))
+        return self.join(step, self.session.open_dataset.line_at(text, f_hz, wide))
 
     def join(self, step: Step, candidate: Candidate) -> Json:
         found = self.joined(step, candidate)
-        self.visit.open_steps.go(step.number)
+        self.session.open_steps.go(step.number)
         title = words.title(candidate.kind, candidate.part.shape)
         title = "".join(one for one in title if one not in schema.MARKUP)
         return self.grow(f"added {title}", found, off=step.off)
@@ -230,18 +237,18 @@ class Stepping:
         model = self.moved(step, place, kind, parameters)
         return self.grow(
             f"set {words.name(model.kinds[place])}",
-            self.visit.open_desk.as_set(self.best(step), model),
+            self.session.open_dataset.as_set(self.best(step), model),
             fitted=False,
             off=step.off,
         )
 
     def fitted_step(self, step: Step) -> Step:
-        return fit_of(step, self.visit.open_steps.steps)
+        return fit_of(step, self.session.open_steps.steps)
 
     def best(self, step: Step) -> Outcome:
         """The fit that a step came from; of a model as given, the fit of its effects."""
         text = self.fitted_step(step).text
-        return self.visit.open_desk.of(text, True, self.visit.progress)
+        return self.session.open_dataset.of(text, True, self.session.progress)
 
     def term(self, model: models.Model, place: int) -> models.Term:
         if place >= len(model.terms):
@@ -255,13 +262,13 @@ class Stepping:
         if held:
             model = models.of_text(step.text, "model")
             places = sorted({place for place in held if self.term(model, place)})
-            outcome = self.visit.open_desk.around(self.best(step), model, places)
+            outcome = self.session.open_dataset.around(self.best(step), model, places)
             names = ", ".join(words.name(model.kinds[place]) for place in places)
             return self.grow(f"fitted around {names}", outcome, fitted=False, off=step.off)
         return self.grow("fitted", self.fit(models.of_text(step.text, "model")), off=step.off)
 
     def remove(self, place: int, kind: str, state: str) -> Json:
-        """Switches an effect off: it stays in sight and can be switched on again."""
+        """Switches an effect off: it stays visible and can be switched on again."""
         step = self.current(state)
         model = models.of_text(step.text, "model")
         term = self.of_kind(self.term(model, place), kind)
@@ -290,5 +297,5 @@ class Stepping:
     def go(self, number: int, state: str) -> Json:
         """To another step of the tree: undo, redo, a branch."""
         self.current(state)
-        self.visit.open_steps.go(self.known(number))
-        return self.visit.changed()
+        self.session.open_steps.go(self.known(number))
+        return self.session.changed()

@@ -1,4 +1,5 @@
-"""A second recording of the sensor, on which every step of a visit is judged and none is fitted."""
+"""A second recording of the sensor, on which every step of a session is judged and none is
+fitted."""
 
 from ... import axes
 from ...data import plausible
@@ -12,19 +13,21 @@ from .stepping import Stepping
 
 
 class HoldOut:
-    """Keeps the recording that a visit holds out."""
+    """Keeps the recording that a session holds out."""
 
-    def __init__(self, visit: Standing, stepping: Stepping) -> None:
-        self.visit, self.stepping = visit, stepping
+    def __init__(self, session: Standing, stepping: Stepping) -> None:
+        self.session, self.stepping = session, stepping
 
     def hold_out(self, path: str) -> Json:
         """A second recording of the same sensor: every step is judged on it too, and fitted on the
         first one only."""
         self.stepping.here()
-        held = self.beside(path, self.visit.open_steps, self.visit.open_desk.sight.column)
-        self.visit.open_steps.hold_out(path)
-        self.visit.held, self.visit.not_held = held, ""
-        return self.visit.changed()
+        held = self.beside(
+            path, self.session.open_steps, self.session.open_dataset.selection.column
+        )
+        self.session.open_steps.hold_out(path)
+        self.session.held, self.session.not_held = held, ""
+        return self.session.changed()
 
     def beside(self, path: str, steps: Steps, column: str) -> Recording:
         """A recording to hold out. Raises BadInput where it has not the gyro column."""
@@ -39,15 +42,15 @@ class HoldOut:
     def let_go(self) -> Json:
         """No recording is held out any more."""
         self.stepping.here()
-        self.visit.open_steps.hold_out(None)
-        self.visit.held, self.visit.not_held = None, ""
-        return self.visit.changed()
+        self.session.open_steps.hold_out(None)
+        self.session.held, self.session.not_held = None, ""
+        return self.session.changed()
 
     def held_out(self, number: int | None = None) -> Json:
         """The error of a step on the recording that is held out, and its floor; None without
         one."""
         step = self.stepping.here(number)
-        error, floor = self.visit.open_desk.held_out(
-            step.text, self.stepping.outcome(step).model, self.visit.held
+        error, floor = self.session.open_dataset.held_out(
+            step.text, self.stepping.outcome(step).model, self.session.held
         )
         return {"number": step.number, "error": error, "floor": floor}

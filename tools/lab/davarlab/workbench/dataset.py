@@ -1,4 +1,4 @@
-"""One recording on the desk: models fitted on it and candidates beside them, by the same functions
+"""One open recording: models fitted on it and candidates beside them, by the same functions
 as the command line."""
 
 from collections import OrderedDict
@@ -29,7 +29,7 @@ from ..logs.sensor import Samples, Sensor
 from ..report.values import Json
 from ..tables import guess, meaning
 from ..tables import table as tables
-from .steps import Sight
+from .steps import Selection
 
 KEPT = 12  # outcomes in memory, of all axes together
 SET = "as set"  # of an outcome whose values stand as somebody set them
@@ -179,12 +179,12 @@ def as_it_is(path: str | Path, log: tables.Table | Samples) -> recordings.Record
     return formats.recording_of(log, path, None)
 
 
-def seen(recording: recordings.Recording, sight: "Sight") -> recordings.Recording:
-    """What a sight shows of the recording: a stretch alone, or all with some of it taken for
+def seen(recording: recordings.Recording, selection: "Selection") -> recordings.Recording:
+    """What a selection shows of the recording: a stretch alone, or all with some of it taken for
     missing."""
     rate = recording.rate_hz
-    if sight.alone:
-        first, last = (min(int(edge * rate), recording.samples) for edge in sight.alone)
+    if selection.alone:
+        first, last = (min(int(edge * rate), recording.samples) for edge in selection.alone)
         if last - first < recordings.MINIMUM_SAMPLES:
             raise BadInput(
                 f"a part with {last - first} samples; at least {recordings.MINIMUM_SAMPLES} are "
@@ -201,10 +201,10 @@ def seen(recording: recordings.Recording, sight: "Sight") -> recordings.Recordin
             read_hz=recording.read_hz,
             as_recorded=recording.as_recorded,
         )
-    if not sight.cut:
+    if not selection.cut:
         return recording
     known = np.ones(recording.samples, bool) if recording.known is None else recording.known.copy()
-    for start, stop in sight.cut:
+    for start, stop in selection.cut:
         known[int(start * rate) : int(stop * rate)] = False
     if np.count_nonzero(known) < recordings.MINIMUM_SAMPLES:
         raise BadInput(
@@ -214,22 +214,22 @@ def seen(recording: recordings.Recording, sight: "Sight") -> recordings.Recordin
     return replace(recording, known=known, gaps=recordings.gaps_of(known), measured={})
 
 
-class Desk:
+class Dataset:
     """whole: the recording as it was read; recording: what is looked at of it, and column: the gyro
     or accelerometer there, as the analysis takes them (axes.py). The models in outcomes are of that
     column, those in texts of the column as it is called. outcomes: what was computed last, which
-    the desks of several axes share."""
+    the datasets of several axes share."""
 
     def __init__(
         self,
         whole: recordings.Recording,
-        sight: "Sight",
+        selection: "Selection",
         outcomes: OrderedDict[Hashable, Outcome] | None = None,
     ) -> None:
-        self.whole, self.sight = whole, sight
+        self.whole, self.selection = whole, selection
         self.axes = axes.of_page(whole)
-        model = models.Model(None, sight.column)
-        self.recording, model = axes.for_analysis(seen(whole, sight), model)
+        model = models.Model(None, selection.column)
+        self.recording, model = axes.for_analysis(seen(whole, selection), model)
         self.column = model.column
         self.recording.rate_dps(self.column)
         self.outcomes = OrderedDict() if outcomes is None else outcomes
@@ -258,7 +258,7 @@ class Desk:
         return models.text_of(self.called(model))
 
     def called(self, model: models.Model) -> models.Model:
-        return replace(model, column=self.sight.column)
+        return replace(model, column=self.selection.column)
 
     def remembered(self, key: Hashable, make: Callable[[], Outcome]) -> Outcome:
         """The outcome of a key, computed where it is not in memory. A key has the axis in a model
@@ -409,7 +409,7 @@ class Desk:
             called=(recording, model),
         )
         found_contents = contents.of_comparison(run, found, outcome.fitted, way)
-        return page.html(found_contents, self.sight.column).encode()
+        return page.html(found_contents, self.selection.column).encode()
 
     def against(
         self, text: str, column: str, lag_s: float, points: int

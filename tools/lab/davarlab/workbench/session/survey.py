@@ -10,48 +10,48 @@ from ...data.recording import MINIMUM_SAMPLES
 from ...errors import BadInput
 from ...report import words
 from ...report.values import Json
-from .. import desk as desks
+from .. import dataset as datasets
 from .. import views
-from ..desk import Desk
-from ..steps import Log, Sight, Steps, fit_of
+from ..dataset import Dataset
+from ..steps import Log, Selection, Steps, fit_of
 from .standing import Stale, Standing, as_named
 from .stepping import Stepping, Superseded
 
 
 class Beside:
-    """Another sensor of the log that is open. of: path and sensor; session: the steps of its last
-    visit; desks: of its axes."""
+    """Another sensor of the log that is open. of: path and sensor; steps: of its last
+    session; datasets: of its axes."""
 
     def __init__(self, path: str, sensor: str) -> None:
-        self.of, self.session = (path, sensor), Steps.beside(path, sensor)
-        self.session.log = self.session.log or Log(columns=[], rate_hz=None, sensor=sensor)
-        self.recording = as_named(path, self.session)
+        self.of, self.steps = (path, sensor), Steps.beside(path, sensor)
+        self.steps.log = self.steps.log or Log(columns=[], rate_hz=None, sensor=sensor)
+        self.recording = as_named(path, self.steps)
         if self.recording.samples < MINIMUM_SAMPLES:
             raise BadInput(
                 f"{self.recording.samples} samples; at least {MINIMUM_SAMPLES} are needed"
             )
         self.axes = axes.of_page(self.recording)
-        self.desks: dict[Sight, Desk] = {}
+        self.datasets: dict[Selection, Dataset] = {}
         if doubts := plausible.of(self.recording):
             raise BadInput(doubts[0])
 
-    def desk(self, sight: Sight) -> Desk:
-        if sight not in self.desks:
-            self.desks[sight] = Desk(self.recording, sight)
-        return self.desks[sight]
+    def dataset(self, selection: Selection) -> Dataset:
+        if selection not in self.datasets:
+            self.datasets[selection] = Dataset(self.recording, selection)
+        return self.datasets[selection]
 
 
 class Survey:
-    """Computes the rows of all axes for a visit. beside: the sensor that was read last beside the
+    """Computes the rows of all axes for a session. beside: the sensor that was read last beside the
     open one."""
 
-    def __init__(self, visit: Standing, stepping: Stepping) -> None:
-        self.visit, self.stepping = visit, stepping
+    def __init__(self, session: Standing, stepping: Stepping) -> None:
+        self.session, self.stepping = session, stepping
         self.beside: Beside | None = None
 
     def sensors(self) -> Json:
         """The gyros of the log, where it has several."""
-        found = desks.gyros_in(self.visit.open_steps.recording)
+        found = datasets.gyros_in(self.session.open_steps.recording)
         return {"sensors": [one.name for one in found]}
 
     def sensor_axes(self, sensor: str) -> Json:
@@ -63,54 +63,55 @@ class Survey:
 
     def short(self, why: BadInput) -> str:
         """A message without the name of the log, which the page shows above the table."""
-        return str(why).removeprefix(f"{self.visit.open_steps.recording}: ")
+        return str(why).removeprefix(f"{self.session.open_steps.recording}: ")
 
     def read(self, sensor: str) -> Beside:
-        path = self.visit.open_steps.recording
+        path = self.session.open_steps.recording
         if not self.beside or self.beside.of != (path, sensor):
             self.beside = None  # only one is in memory
             self.beside = Beside(path, sensor)
         return self.beside
 
     def axis(self, column: str, sensor: str | None = None) -> Json:
-        """The row of an axis at the step where its last visit ended, of the open sensor on the desk
-        on which it is opened later; given up as a ranking is. sensor: another one of the log."""
-        beside, sight = self.read(sensor) if sensor else None, Sight(column)
-        if column not in (beside or self.visit.open_desk).axes:
+        """The row of an axis at the step where its last session ended, of the open sensor in the
+        dataset on which it is opened later; given up as a ranking is. sensor: another one of the
+        log."""
+        beside, selection = self.read(sensor) if sensor else None, Selection(column)
+        if column not in (beside or self.session.open_dataset).axes:
             raise Stale(f"{column}: not a gyro or accelerometer of the open recording")
-        session = beside.session if beside else self.visit.open_steps
+        session = beside.steps if beside else self.session.open_steps
         try:
-            desk = (
-                beside.desk(sight)
+            dataset = (
+                beside.dataset(selection)
                 if beside
-                else self.visit.desk_at(self.visit.open_desk.whole, sight)
+                else self.session.dataset_at(self.session.open_dataset.whole, selection)
             )
-            row: Json = axes.spoken(self.row(desk, session, sight), column)
+            row: Json = axes.spoken(self.row(dataset, session, selection), column)
             return {"column": column, **row}
         except Superseded:
             return {"column": column, "superseded": True}
         except BadInput as why:  # of this axis; the others have their rows
             return {"column": column, "error": axes.in_units(self.short(why), column)}
 
-    def row(self, desk: Desk, session: Steps, sight: Sight) -> Json:
+    def row(self, dataset: Dataset, session: Steps, selection: Selection) -> Json:
         sensor = (session.log and session.log["sensor"]) or ""
 
         def trying(text: str) -> None:
             self.stepping.give_way()
-            self.visit.tell(axis=sight.column, of=sensor, trying=text)
+            self.session.tell(axis=selection.column, of=sensor, trying=text)
 
         def partly(kind: str, found: Sequence[Candidate | None]) -> None:
             trying(f"trying {words.name(kind)}")
 
-        tree = session.tree(sight)
+        tree = session.tree(selection)
         step = tree["steps"][tree["current"]] if tree else None
-        outcome = desk.of(step.text, step.fitted, trying) if step else desk.first(trying)
-        fit = fit_of(step, tree["steps"]).text if tree and step else desk.text(outcome.model)
-        ranked = desk.ranked(fit, trying, partly, self.stepping.give_way)
+        outcome = dataset.of(step.text, step.fitted, trying) if step else dataset.first(trying)
+        fit = fit_of(step, tree["steps"]).text if tree and step else dataset.text(outcome.model)
+        ranked = dataset.ranked(fit, trying, partly, self.stepping.give_way)
         return {
             **views.headline(outcome, step is None or step.parent is None),
             "adequate": outcome.state.judgement.adequate,
             "adequacy": outcome.state.judgement.adequacy,
             "cards": [views.card(outcome, place, None) for place in range(len(outcome.estimates))],
-            **views.ranking(desk.of(fit, True, trying), desk.recording, ranked),
+            **views.ranking(dataset.of(fit, True, trying), dataset.recording, ranked),
         }

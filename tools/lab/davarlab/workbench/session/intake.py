@@ -1,4 +1,4 @@
-"""What comes onto the desk: a log is looked at, its columns named, its plausibility checked; then
+"""What is opened: a log is looked at, its columns named, its plausibility checked; then
 it is a recording."""
 
 from collections.abc import Sequence
@@ -12,8 +12,8 @@ from ...data.recording import Recording
 from ...errors import BadInput
 from ...report.values import Json
 from ...tables import dialect
-from .. import desk as desks
-from ..steps import Sight, Steps, Stretch
+from .. import dataset as datasets
+from ..steps import Selection, Steps, Stretch
 from .hold_out import HoldOut
 from .own import Own
 from .standing import Standing, Waiting, as_named, named
@@ -21,10 +21,10 @@ from .stepping import Stepping
 
 
 class Intake:
-    """Opens recordings for a visit."""
+    """Opens recordings for a session."""
 
-    def __init__(self, visit: Standing, own: Own, hold: HoldOut, stepping: Stepping) -> None:
-        self.visit, self.own, self.hold, self.stepping = visit, own, hold, stepping
+    def __init__(self, session: Standing, own: Own, hold: HoldOut, stepping: Stepping) -> None:
+        self.session, self.own, self.hold, self.stepping = session, own, hold, stepping
 
     def open(
         self,
@@ -44,7 +44,7 @@ class Intake:
     ) -> Json:
         steps = Steps.beside(path, sensor)
         if steps.log is None and not sensor:
-            gyros = desks.gyros_in(path)
+            gyros = datasets.gyros_in(path)
             if gyros:
                 return self.ask_about(
                     Waiting(
@@ -58,8 +58,8 @@ class Intake:
                 )
         recording = None
         if steps.log is None and not model:
-            log = desks.looked_at(path, sensor, names, skip)
-            guesses, shown = desks.preview(path, log, skip=skip)
+            log = datasets.looked_at(path, sensor, names, skip)
+            guesses, shown = datasets.preview(path, log, skip=skip)
             if (
                 any(one.column != one.name or one.factor != 1 for one in guesses)
                 or {"time"} == {one.quantity for one in guesses} & {"time", "gyro", "accel"}
@@ -70,7 +70,7 @@ class Intake:
                 return self.ask_about(
                     Waiting(Path(path), shown, guesses, sensor, names=names, skip=skip)
                 )
-            recording = desks.as_it_is(path, log)
+            recording = datasets.as_it_is(path, log)
         if steps.log is None and (sensor or names or skip):
             steps.log = {
                 "columns": [],
@@ -82,14 +82,14 @@ class Intake:
         return self.begin(path, steps, recording or as_named(path, steps), model)
 
     def ask_about(self, waiting: Waiting) -> Json:
-        self.visit.desk, self.visit.steps, self.visit.log = None, None, waiting
-        self.visit.desks.clear()
-        return self.visit.changed()
+        self.session.dataset, self.session.steps, self.session.log = None, None, waiting
+        self.session.datasets.clear()
+        return self.session.changed()
 
     def waits(self) -> Waiting:
-        if not self.visit.log:
+        if not self.session.log:
             raise BadInput("no log waits to be read")
-        return self.visit.log
+        return self.session.log
 
     def sensor(self, name: str) -> Json:
         """One of the sensors of the log that waits."""
@@ -115,7 +115,7 @@ class Intake:
     def begin(
         self, path: str | Path, steps: Steps, recording: Recording, model: str | None = None
     ) -> Json:
-        """Puts a recording on the desk and goes on where the last visit to it ended; `model`: a
+        """Puts a recording that is open and goes on where the last session to it ended; `model`: a
         model file to look at."""
         columns = axes.of_page(recording)
         if not columns:
@@ -130,18 +130,20 @@ class Intake:
             there, asked = axes.for_analysis(recording, given)
             models.check_fits(asked, there, model)
             models.check_noise(given, model)
-        sight = (
-            Sight(given.column) if given else steps.sight or Sight((recording.gyros or columns)[-1])
+        selection = (
+            Selection(given.column)
+            if given
+            else steps.selection or Selection((recording.gyros or columns)[-1])
         )
-        held, self.visit.not_held = None, ""
+        held, self.session.not_held = None, ""
         if steps.held_out:
             try:
-                held = self.hold.beside(steps.held_out, steps, sight.column)
+                held = self.hold.beside(steps.held_out, steps, selection.column)
             except BadInput as why:
-                steps.held_out, self.visit.not_held = None, f"not held out any more: {why}"
-        self.look_at(recording, steps, sight, given)
-        self.visit.held = held
-        return self.visit.changed()
+                steps.held_out, self.session.not_held = None, f"not held out any more: {why}"
+        self.look_at(recording, steps, selection, given)
+        self.session.held = held
+        return self.session.changed()
 
     @staticmethod
     def doubted(
@@ -151,51 +153,55 @@ class Intake:
         confirms them."""
         sensor, names = (steps.log["sensor"], steps.log.get("names")) if steps.log else (None, None)
         skip = steps.log.get("skip", 0) if steps.log else 0
-        log = desks.looked_at(path, sensor, names, skip)
-        guesses, shown = desks.preview(path, log, named(steps.log), skip)
+        log = datasets.looked_at(path, sensor, names, skip)
+        guesses, shown = datasets.preview(path, log, named(steps.log), skip)
         return Waiting(Path(path), shown | {"doubts": doubts}, guesses, sensor, model, names, skip)
 
     def look_at(
-        self, recording: Recording, steps: Steps, sight: Sight, given: models.Model | None = None
+        self,
+        recording: Recording,
+        steps: Steps,
+        selection: Selection,
+        given: models.Model | None = None,
     ) -> None:
-        """A sight of the recording, with a first step where there is none. It is on the desk when
-        all of it is there."""
-        desk, before = self.visit.desk_at(recording, sight), steps.sight
-        steps.sight = sight
+        """A selection of the recording, with a first step where there is none. It
+        is open when all of it is there."""
+        dataset, before = self.session.dataset_at(recording, selection), steps.selection
+        steps.selection = selection
         try:
             if given or not steps.steps:
                 outcome = (
-                    desk.of(desk.text(given), False, self.visit.progress)
+                    dataset.of(dataset.text(given), False, self.session.progress)
                     if given
-                    else desk.first(self.visit.progress)
+                    else dataset.first(self.session.progress)
                 )
                 took = (
                     "the model as given"
                     if given
                     else "a first model: white noise and bias instability"
                 )
-                self.stepping.grown(steps, desk, took, outcome, fitted=given is None, root=True)
+                self.stepping.grown(steps, dataset, took, outcome, fitted=given is None, root=True)
             else:
                 steps.save()
         except BaseException:
-            steps.sight = before
+            steps.selection = before
             raise
-        self.visit.desk, self.visit.steps, self.visit.log = desk, steps, None
+        self.session.dataset, self.session.steps, self.session.log = dataset, steps, None
 
-    def sight(
+    def selection(
         self,
         column: str | None = None,
         alone: tuple[()] | Stretch = (),
         cut: Sequence[Stretch] = (),
     ) -> Json:
-        """Another sight of the same recording: a gyro column, a stretch alone, all but what was cut
-        out; each has steps of its own."""
+        """Another selection of the same recording: a gyro column, a stretch alone, all but what was
+        cut out; each has steps of its own."""
         self.stepping.here()
         span, column = (
-            self.visit.open_desk.whole.samples / self.visit.open_desk.whole.rate_hz,
-            column or self.visit.open_desk.sight.column,
+            self.session.open_dataset.whole.samples / self.session.open_dataset.whole.rate_hz,
+            column or self.session.open_dataset.selection.column,
         )
-        if column not in self.visit.open_desk.axes:
+        if column not in self.session.open_dataset.axes:
             raise BadInput(f"{column}: not a gyro or accelerometer of this recording")
         edges: list[Stretch] = [
             (pair[0], pair[1]) for pair in ([alone] if alone else []) + list(cut)
@@ -206,11 +212,11 @@ class Intake:
                     f"{pair}: not a stretch of this recording, in seconds from 0 to {span:g}"
                 )
         self.look_at(
-            self.visit.open_desk.whole,
-            self.visit.open_steps,
-            Sight(column, edges[0] if alone else (), () if alone else tuple(sorted(edges))),
+            self.session.open_dataset.whole,
+            self.session.open_steps,
+            Selection(column, edges[0] if alone else (), () if alone else tuple(sorted(edges))),
         )
-        return self.visit.changed()
+        return self.session.changed()
 
     def read(
         self, columns: list[dict[str, Any]], rate_hz: float | None = None, as_recorded: bool = False
@@ -239,9 +245,9 @@ class Intake:
 
     def tutorial(self) -> Json:
         """The bundled sensor, opened like any recording."""
-        return self.open(str(self.visit.arrivals.tutorial(self.visit.progress)))
+        return self.open(str(self.session.arrivals.tutorial(self.session.progress)))
 
     def freeze(self, channel: int) -> Json:
         """The raw samples of a channel that have come so far, opened as a recording; more may come
         meanwhile."""
-        return self.open(str(self.visit.ears.freeze(channel)))
+        return self.open(str(self.session.listener.freeze(channel)))

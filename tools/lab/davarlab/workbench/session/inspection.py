@@ -1,0 +1,51 @@
+"""What a page may ask of the open recording alone: it needs no fit, and waits for none."""
+
+from ... import axes
+from ... import model as models
+from ...effects import table
+from ...errors import BadInput
+from ...report.values import Json
+from .. import views
+from ..dataset import Dataset
+from .standing import Standing
+
+
+class Inspection:
+    """Answers what needs no fit of the recording that a session has open."""
+
+    def __init__(self, session: Standing) -> None:
+        self.session = session
+
+    def stretch(self, start_s: float, stop_s: float, every: bool = False) -> Json:
+        start, stop, dataset = start_s, stop_s, self.there()
+        span = dataset.recording.samples / dataset.recording.rate_hz
+        if not 0 <= start < stop <= span * 1.001 or (stop - start) * dataset.recording.rate_hz < 16:
+            raise BadInput(f"{start:g} to {stop:g} s: not a part of this recording")
+        found = views.stretch(dataset, start, min(stop, span), every)
+        said: Json = axes.spoken(found, dataset.selection.column)
+        return said
+
+    def there(self) -> Dataset:
+        """The dataset, for what needs no fit: it may be cleared meanwhile."""
+        return self.session.open_dataset
+
+    def spectrogram(self, column: str = "time_s") -> Json:
+        """The spectrum over the time, or over the value of a column."""
+        dataset = self.there()
+        if column not in dataset.recording.columns and column != "time_s":
+            raise BadInput(f"no column {column}")
+        return views.spectrogram(dataset, column)
+
+    def axes(self) -> Json:
+        return {"axes": views.axes(self.there())}
+
+    def sheet(self, **given: float) -> Json:
+        """A data sheet's numbers as a curve: kind = size, in the units of a model file."""
+        dataset = self.there()
+        if not given:
+            raise BadInput(f"a data sheet must give at least one of {', '.join(views.SHEET)}")
+        terms = [
+            models.checked_term({"kind": kind, table.find(kind).size.name: value}, kind)
+            for kind, value in given.items()
+        ]
+        return views.sheet(terms, dataset.whole.rate_hz, dataset.whole.samples)
