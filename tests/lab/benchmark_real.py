@@ -145,7 +145,7 @@ def one(name):
         "name": name,
         "seconds": time.perf_counter() - begin,
         "white": white,
-        "sees": real.of(real.sees, axis),
+        "sees": real.for_axis(real.sees, axis),
         "given": first["error"],
         "final": last["error"],
         "floor": last["error_floor"],

@@ -31,7 +31,7 @@ class Real:
     turns: bool = False  # the plain reading leaves out what moves
     even: bool = False  # an even clock below the stamps: the mean step is the true one
 
-    def of(self, what, axis):
+    def for_axis(self, what, axis):
         return what.get(axis, what.get("", ()))
 
 
@@ -143,7 +143,7 @@ RECORDINGS = {
 def judgement(real, axis, named, observed):
     """(agrees: yes, partly or no; the kinds that are plainly wrong; why not)."""
     wrong = sorted(set(named) & real.wrong)
-    must = real.of(real.must, axis)
+    must = real.for_axis(real.must, axis)
     lacking = [" or ".join(sorted(group)) for group in must if not group & {*named, *observed}]
     strange = sorted(set(named) - real.accepts - real.wrong)
     why = [f"{kind}: wrong" for kind in wrong] + [f"no {group}" for group in lacking]

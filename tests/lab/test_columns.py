@@ -57,7 +57,7 @@ def test_noise_that_follows_a_column_needs_two_values_of_another_column(wrong):
 
 def sensor(**entry):
     given = {"sensor": {"column": "gyro_z_dps", "rate_hz": 50.0}, "effect": [entry]}
-    return model.of(given, "m.toml")
+    return model.from_toml(given, "m.toml")
 
 
 def test_a_lag_may_be_left_out_and_a_column_is_a_word():
@@ -490,7 +490,7 @@ def test_noise_that_follows_a_column_is_simulated_and_measured_alike(period_s):
         rng = np.random.default_rng([int(100 * size), 22])
         added = effect.simulate(made, {**shape, "coefficient_dps": size}, rng, None)
         again = Recording(made.columns | {"gyro_z_dps": made.columns["gyro_z_dps"] + added}, 50.0)
-        given = model.of(
+        given = model.from_toml(
             {
                 "sensor": {"column": "gyro_z_dps", "rate_hz": 50.0},
                 "effect": [

@@ -68,7 +68,7 @@ def test_the_noise_behind_the_counts():
     rng = np.random.default_rng(4)
     for sigma in (0.25, 0.3, 0.4, 0.5):
         bias = np.linspace(0, 1.3, 100000)
-        found = counts.of(np.round(bias + sigma * rng.normal(size=100000)) * 0.01, RATE)
+        found = counts.found(np.round(bias + sigma * rng.normal(size=100000)) * 0.01, RATE)
         assert found.of == "rate"
         assert abs(found.sigma_counts / sigma - 1) <= 0.025
 
@@ -76,7 +76,7 @@ def test_the_noise_behind_the_counts():
 def test_a_moving_bias_explains_why_the_noise_changes():
     rng = np.random.default_rng(5)
     y = np.round(np.linspace(0, 2, 200000) + 0.3 * rng.normal(size=200000))
-    slope, error, before, after = counts.explained(y, counts.of(y, RATE), 100)
+    slope, error, before, after = counts.explained(y, counts.found(y, RATE), 100)
     assert abs(slope - 1) <= max(3 * error, 0.03)
     assert before > 3 * after
     assert after < 1.4

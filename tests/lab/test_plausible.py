@@ -231,4 +231,4 @@ def test_the_bundled_recordings_are_not_doubted():
     found = [path for path in there if path.suffix == ".gz" or b"gyro" in path.read_bytes()[:2000]]
     assert found
     for path in found:
-        assert plausible.of(recording.read(path)) == [], path
+        assert plausible.of_recording(recording.read(path)) == [], path

@@ -48,7 +48,7 @@ def guessed(rate_hz, gyro, accel=None):
     columns |= {f"gyro_{axis}": one for axis, one in zip(AXES, gyro)}
     if accel is not None:
         columns |= {f"acc_{axis}": one for axis, one in zip(AXES, accel)}
-    found = {one.name: one for one in meaning.of(columns)}
+    found = {one.name: one for one in meaning.guesses(columns)}
     return found["gyro_y"], found.get("acc_y")
 
 

@@ -327,7 +327,7 @@ def test_everywhere(lab):
     dataset = Dataset(recordings.read(path), Selection("gyro_z_dps"))
     first = models.first(dataset.recording.rate_hz, dataset.column)
     for text in (models.text_of(first), better.read_text()):
-        outcome = dataset.of(text, True)
+        outcome = dataset.outcome_of(text, True)
         ranked = dataset.ranked(text, lambda said: None)
         found = views.ranking(outcome, dataset.recording, ranked)
         said = "\n".join(found["nothing"])
@@ -349,7 +349,9 @@ def test_an_effect_within_the_tolerance_is_named_by_terminal_and_page(dps):
         assert verdict.answer(found) in ("effects", "contested")
         assert "temp" in verdict.of_improvement(found)[1]
         dataset, text = Dataset(made, Selection("gyro_z_dps")), models.text_of(first)
-        page = views.ranking(dataset.of(text, True), made, dataset.ranked(text, lambda said: None))
+        page = views.ranking(
+            dataset.outcome_of(text, True), made, dataset.ranked(text, lambda said: None)
+        )
         assert "follows temp_degC" in page["headline"][1]
         assert page["against"][0].startswith("temperature")
 
@@ -373,7 +375,7 @@ def test_terminal_and_page_give_the_same_answer(path, column):
     first = improve.fit(made, models.first(made.rate_hz, column))[1]
     found = improve.improve(made, first)
     dataset, text = Dataset(made, Selection(column)), models.text_of(first)
-    outcome = dataset.of(text, True)
+    outcome = dataset.outcome_of(text, True)
     page = views.ranking(outcome, made, dataset.ranked(text, lambda said: None))
     fits = outcome.state.judgement.adequate
     given = verdict.answer(found)

@@ -191,7 +191,7 @@ def judge(test: limits.Test | None, rows: Sequence[Row], path: str) -> Found | N
 def found_in(rows: Sequence[Row], counted: Counted, judged: Found | None, version: str) -> Found:
     """Everything that --json and the page say."""
     good = [row for row in rows if "failed" not in row]
-    said = population.of(good)
+    said = population.summarised(good)
     files_failed = {row["file"]: row["failed"] for row in rows if "failed" in row}
     return {
         "recordings": len({row["file"] for row in rows}),

@@ -272,7 +272,7 @@ def names_of(rows: Iterable[Row]) -> list[str]:
     return list(dict.fromkeys(name for row in rows for name in row["coefficients"]))
 
 
-def of(rows: Iterable[Row]) -> Found:
+def summarised(rows: Iterable[Row]) -> Found:
     """What the population says, plain values. rows: those that did not fail; each gets `outlier`, a
     list of words.
     """

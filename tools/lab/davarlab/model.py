@@ -289,7 +289,7 @@ def table_in(data: dict[str, Any], name: str, path: StrPath) -> dict[str, Any]:
     return found
 
 
-def of(data: dict[str, Any], path: StrPath) -> Model:
+def from_toml(data: dict[str, Any], path: StrPath) -> Model:
     """The model in a file's data. [simulate], which makes a scenario of a model, is let be."""
     for key in data:
         if key not in ("sensor", "simulate", "effect"):
@@ -316,12 +316,12 @@ def of(data: dict[str, Any], path: StrPath) -> Model:
 
 
 def read(path: StrPath) -> Model:
-    return of(load_toml(path), path)
+    return from_toml(load_toml(path), path)
 
 
 def of_text(text: str, where: StrPath) -> Model:
     """The model that text_of() wrote."""
-    return of(parsed(text, where), where)
+    return from_toml(parsed(text, where), where)
 
 
 def quoted(text: str) -> str:

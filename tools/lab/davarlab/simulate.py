@@ -209,7 +209,7 @@ def from_scenario(path: StrPath, progress: Callable[[str], None]) -> Recording:
             raise BadInput(f"{path}: [simulate] {name} must be a number, 0 or more")
     if settings.get("seed", 0) % 1:
         raise BadInput(f"{path}: [simulate] seed must be a whole number")
-    model = models.of(defaulted(data, path), path)
+    model = models.from_toml(defaulted(data, path), path)
     if not tables.is_name(model.column):
         raise BadInput(
             f"{path}: [sensor] column: not a name that a recording holds: {model.column!r}"

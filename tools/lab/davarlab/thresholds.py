@@ -11,7 +11,7 @@ from typing import Any
 from .distributions import norm_ppf
 
 
-def of(value: object, unit: str, source: str, meaning: str) -> Any:
+def threshold(value: object, unit: str, source: str, meaning: str) -> Any:
     """A field of the table. `meaning` continues "value, unit". Mappings are read-only."""
     said = {"unit": unit, "source": source, "meaning": meaning}
     if isinstance(value, dict):
@@ -23,46 +23,46 @@ def of(value: object, unit: str, source: str, meaning: str) -> Any:
 class Chance:
     """Chance, and when two models are one: for search, judge, report and davarfleet."""
 
-    family_wise: float = of(
+    family_wise: float = threshold(
         0.01,
         "chance",
         "DESIGN 4.1, 7.2",
         "that any of the tests of one decision is beyond its bound by chance",
     )
-    adequate_p: float = of(
+    adequate_p: float = threshold(
         0.01,
         "chance",
         "DESIGN 7",
         "p of the residual, from which a model is statistically adequate",
     )
-    tell_apart: float = of(
+    tell_apart: float = threshold(
         3.0, "log-likelihood", "DESIGN 4", "within which a recording cannot tell two models"
     )
-    bend: float = of(
+    bend: float = threshold(
         3.3,
         "log-likelihood",
         "half of the 99 % point of one chi-square (DESIGN 4)",
         "that an effect gains over a simpler one nested in it",
     )
-    apart_sigmas: float = of(
+    apart_sigmas: float = threshold(
         2.33,
         "standard deviations",
         "Vuong's test at 1 % (DESIGN 4)",
         "of a gain over a rival, by which it is one",
     )
-    above_floor: float = of(
+    above_floor: float = threshold(
         1.25,
         "times the floor",
         "99.5 % of true models are below (DESIGN 7)",
         "from which an error is more than a true model's",
     )
-    held_out_above_floor: float = of(
+    held_out_above_floor: float = threshold(
         1.5,
         "times the floor",
         "choice",
         "the same for parameters that were fitted on another recording",
     )
-    normal_95: float = of(
+    normal_95: float = threshold(
         float(norm_ppf(0.975)),
         "standard errors",
         "95 % of a normal distribution",
@@ -74,103 +74,111 @@ class Chance:
 class Judge:
     """Is a model adequate (diagnosis/judge.py, cells.py, inference/adequacy.py)."""
 
-    tolerance: float = of(
+    tolerance: float = threshold(
         1.05,
         "ratio of Allan deviations",
         "DESIGN 7",
         "that matters to nobody: practically adequate",
     )
-    one_sided_95: float = of(
+    one_sided_95: float = threshold(
         1.645,
         "standard errors",
         "95 % of a normal distribution, one side (DESIGN 7.3)",
         "up to which the record shows the tolerance",
     )
-    independent_tests: int = of(
+    independent_tests: int = threshold(
         3,
         "tests",
         "measured: davarlab nulls --adequacy-only (DESIGN 7.1)",
         "that the list of tests of the residual amounts to",
     )
-    octave_bands: int = of(14, "bands", "choice", "of the cells in time and frequency, at most")
-    time_stretches: int = of(
+    octave_bands: int = threshold(
+        14, "bands", "choice", "of the cells in time and frequency, at most"
+    )
+    time_stretches: int = threshold(
         24, "stretches", "DESIGN 7.1", "of the record, of the cells in time and frequency"
     )
-    narrow_ordinates: int = of(401, "ordinates", "DESIGN 7.1", "of a narrow band")
-    cell_windows: tuple[int, ...] = of(
+    narrow_ordinates: int = threshold(401, "ordinates", "DESIGN 7.1", "of a narrow band")
+    cell_windows: tuple[int, ...] = threshold(
         (1, 4, 16), "parts of the record", "DESIGN 8", "windows of the Allan map"
     )
-    short_windows: int = of(
+    short_windows: int = threshold(
         64,
         "parts of the record",
         "DESIGN 7.2",
         "windows whose shortest averaging time alone is tested: noise that breathes "
         "faster than a sixteenth of the record",
     )
-    means: int = of(
+    means: int = threshold(
         16,
         "samples",
         "DESIGN 8.6",
         "in a block mean; clusters of lags_per_cluster such means and more begin at every mean",
     )
-    means_from: int = of(
+    means_from: int = threshold(
         2_000_000, "samples", "choice (DESIGN 8.6)", "of a record that is measured on means"
     )
-    valid_share: float = of(
+    valid_share: float = threshold(
         0.1,
         "share of the differences",
         "choice",
         "in known samples, above which a window has an averaging time",
     )
-    rows: int = of(
+    rows: int = threshold(
         16,
         "samples of the grid",
         "DESIGN 8.5",
         "in a cluster of rows by their stamps: long enough that one row more hardly matters",
     )
-    rows_share: float = of(
+    rows_share: float = threshold(
         0.75, "share of the usual number", "choice", "of rows, above which a cluster has no hole"
     )
-    course_turns: float = of(
+    course_turns: float = threshold(
         2.0,
         "turns",
         "DESIGN 8.4",
         "in a window, below which a line with a width is a course and no noise",
     )
-    cluster_octaves: int = of(24, "octaves", "choice", "of cluster sizes, at most")
-    parseval_clusters: int = of(
+    cluster_octaves: int = threshold(24, "octaves", "choice", "of cluster sizes, at most")
+    parseval_clusters: int = threshold(
         64,
         "cluster sizes",
         "DESIGN 8.3",
         "in a window, from which its length does not bear on how differences go together",
     )
-    lags_per_cluster: int = of(16, "lags", "DESIGN 8.3", "of a cluster size, in a shorter window")
+    lags_per_cluster: int = threshold(
+        16, "lags", "DESIGN 8.3", "of a cluster size, in a shorter window"
+    )
 
 
 @dataclass(frozen=True)
 class Reading:
     """The angle random walk that is read off the record (inference/reading.py, DESIGN 7.6)."""
 
-    from_tau_s: float = of(
+    from_tau_s: float = threshold(
         0.45, "s", "choice: an octave about 1 s", "first Allan deviation that is read"
     )
-    to_tau_s: float = of(4.5, "s", "choice: two octaves above 1 s", "last one")
-    low_hz: float = of(0.1, "Hz", "choice: slower noise is seldom white", "first density")
-    high_hz: float = of(1.0, "Hz", "choice: below the filters of sensors", "last density")
-    points: int = of(7, "frequencies", "choice", "at which the spectrum of an effect is looked at")
-    flat: float = of(
+    to_tau_s: float = threshold(4.5, "s", "choice: two octaves above 1 s", "last one")
+    low_hz: float = threshold(0.1, "Hz", "choice: slower noise is seldom white", "first density")
+    high_hz: float = threshold(1.0, "Hz", "choice: below the filters of sensors", "last density")
+    points: int = threshold(
+        7, "frequencies", "choice", "at which the spectrum of an effect is looked at"
+    )
+    flat: float = threshold(
         1.3, "ratio of densities", "choice", "below which an effect stands for white noise there"
     )
-    line_widths: float = of(3.0, "half widths", "choice", "beside a line that are not read")
-    bins_least: int = of(5, "bins", "choice", "of a density that is read")
-    shared: float = of(
+    line_widths: float = threshold(3.0, "half widths", "choice", "beside a line that are not read")
+    bins_least: int = threshold(5, "bins", "choice", "of a density that is read")
+    shared: float = threshold(
         1.4,
         "ratio",
         "choice: Allan deviations of neighbouring octaves share most of their frequencies",
         "by which the mean of several deviations scatters more",
     )
-    none: float = of(1e-9, "deg/sqrt(h)", "choice", "below which a model has no angle random walk")
-    errors: float = of(
+    none: float = threshold(
+        1e-9, "deg/sqrt(h)", "choice", "below which a model has no angle random walk"
+    )
+    errors: float = threshold(
         float(norm_ppf(0.995)), "standard errors", "99 % of a normal distribution", "of a reading"
     )
 
@@ -179,39 +187,41 @@ class Reading:
 class Place:
     """What the place of a misfit suggests to measure next (diagnosis/unexplained.py)."""
 
-    part_of_record: float = of(
+    part_of_record: float = threshold(
         0.9, "of the record", "choice", "below which the section of a misfit is only a part"
     )
-    slow_samples: int = of(256, "samples", "choice", "of averaging, from which a misfit is slow")
-    fast_samples: int = of(16, "samples", "choice", "of averaging, up to which it is fast")
+    slow_samples: int = threshold(
+        256, "samples", "choice", "of averaging, from which a misfit is slow"
+    )
+    fast_samples: int = threshold(16, "samples", "choice", "of averaging, up to which it is fast")
 
 
 @dataclass(frozen=True)
 class Start:
     """May a recording be analysed at all (diagnosis/fitting.py)."""
 
-    least_s: int = of(
+    least_s: int = threshold(
         4, "s", "choice", "length of a recording: slow noise is told from what a second holds"
     )
-    moving_share: float = of(
+    moving_share: float = threshold(
         0.02, "share of the samples", "choice", "that differs from the sample before"
     )
-    few_known: float = of(
+    few_known: float = threshold(
         0.4,
         "share of the samples",
         "choice (DESIGN 12.2)",
         "that is known, below which any model is a better guess of what is missing",
     )
-    moved_most: float = of(
+    moved_most: float = threshold(
         0.5,
         "share of the samples",
         "choice (DESIGN 13.1)",
         "with motion, from which none is a rest",
     )
-    few_draws: int = of(
+    few_draws: int = threshold(
         2, "draws", "choice (DESIGN 12.2)", "of the missing samples at first, where few are known"
     )
-    far_p: float = of(
+    far_p: float = threshold(
         1e-9,
         "chance",
         "choice (DESIGN 12.2)",
@@ -223,32 +233,32 @@ class Start:
 class Search:
     """The way from the given model to the last (diagnosis/search.py)."""
 
-    steps_most: int = of(24, "steps", "choice", "of a search")
-    fits_most: int = of(
+    steps_most: int = threshold(24, "steps", "choice", "of a search")
+    fits_most: int = threshold(
         20000,
         "fits of sizes",
         "choice: usual searches take 300 to 3000 (DESIGN 4)",
         "of a search; the step that reaches it is its last",
     )
-    slack: float = of(
+    slack: float = threshold(
         0.02, "of the floor", "DESIGN 4", "by which a likelier term may leave the error higher"
     )
-    over_at_once: float = of(
+    over_at_once: float = threshold(
         0.01,
         "of the record",
         "DESIGN 4",
         "time constant of a warm-up below which it must lower the error",
     )
-    put_off_chance: float = of(
+    put_off_chance: float = threshold(
         0.2, "chance", "choice", "of a gain, from which a candidate is put off"
     )
-    noise_steps_most: int = of(
+    noise_steps_most: int = threshold(
         12, "steps", "choice", "of a search that only asks for what the noise needs"
     )
-    certain: float = of(
+    certain: float = threshold(
         50.0, "log-likelihood", "DESIGN 4", "from which a part stays, whatever the filters do"
     )
-    most_of: Mapping[str, float] = of(
+    most_of: Mapping[str, float] = threshold(
         {
             "sinusoid": 4,
             "narrow_band": 8,
@@ -261,44 +271,44 @@ class Search:
         "DESIGN 4",
         "that a sensor may have of a kind, where more than one",
     )
-    warm_ups_most: int = of(
+    warm_ups_most: int = threshold(
         2, "effects", "choice", "warm-ups of a sensor: of the chip and of the case"
     )
-    shapes_fitted: int = of(
+    shapes_fitted: int = threshold(
         4, "shapes", "DESIGN 4", "of an effect that are fitted, the best by their score"
     )
-    robust_from: float = of(
+    robust_from: float = threshold(
         3.0,
         "log-likelihood",
         "choice (DESIGN 4)",
         "from which the scatter of the products themselves is measured",
     )
-    learned_least: float = of(
+    learned_least: float = threshold(
         0.01,
         "of the rate",
         "measured (lib/src/fit/DESIGN.md)",
         "cutoff of a filter of any shape, below which it is slow noise",
     )
-    filter_rounds: int = of(
+    filter_rounds: int = threshold(
         4,
         "rounds",
         "choice",
         "of a filter of any shape and what is beside it, each after the other",
     )
-    line_sigmas: float = of(
+    line_sigmas: float = threshold(
         5.0, "standard errors", "DESIGN 2", "above a filter of any shape and line_excess"
     )
-    line_excess: float = of(
+    line_excess: float = threshold(
         1.5, "times", "choice", "what a filter of any shape leaves, from which a bin is a line"
     )
-    first_log_p: float = of(
+    first_log_p: float = threshold(
         -1e9,
         "logarithm",
         "choice (DESIGN 2)",
         "of the chance of a filter of any shape beside which nothing in the spectrum is left: "
         "before all others",
     )
-    crude_gain: float = of(
+    crude_gain: float = threshold(
         6.0,
         "log-likelihood",
         "choice",
@@ -310,7 +320,7 @@ class Search:
 class Tries:
     """Independent tries that a free shape amounts to: C of DESIGN 4.1, by davarlab nulls."""
 
-    of_kind: Mapping[str, float] = of(
+    of_kind: Mapping[str, float] = threshold(
         {
             "quantization": 0.66,
             "angle_random_walk": 0.5,
@@ -337,21 +347,21 @@ class Tries:
         "bound). docs/quality/lab_benchmark.md has a later check on 100 recordings",
         "of a kind; of a line per sample",
     )
-    of_own_effect: float = of(3.0, "tries", "choice", "of an effect of one's own")
-    of_band: float = of(
+    of_own_effect: float = threshold(3.0, "tries", "choice", "of an effect of one's own")
+    of_band: float = threshold(
         150.0,
         "tries",
         "measured as of_kind",
         "of a line with a width: tries (n / band_samples)^band_growth exp(-gain)",
     )
-    band_samples: float = of(1e4, "samples", "measured as of_kind", "that of_band is for")
-    band_growth: float = of(
+    band_samples: float = threshold(1e4, "samples", "measured as of_kind", "that of_band is for")
+    band_growth: float = threshold(
         0.4,
         "exponent",
         "measured as of_kind",
         "with which the tries of a line with a width grow with the samples",
     )
-    of_column: Mapping[str, float] = of(
+    of_column: Mapping[str, float] = threshold(
         {
             "temperature": 3.2,
             "temperature beside": 5.1,
@@ -366,13 +376,13 @@ class Tries:
         "per column: 400 of them with three columns (DESIGN 4)",
         "of an effect on a column: alone, or where the temperature is in the model already",
     )
-    of_multiple: float = of(
+    of_multiple: float = threshold(
         3.1,
         "tries per turn",
         "measured on 120 records of white noise with 20 000 and 120 000 samples (DESIGN 4)",
         "of a line at a multiple of a column, of multiple_highest turns per sample",
     )
-    of_visit: float = of(
+    of_visit: float = threshold(
         4.0,
         "tries per sample",
         "measured on 150 records of 20 000 and 60 of 100 000 samples: 1.6 and 3.4 at "
@@ -386,100 +396,106 @@ class Tries:
 class Line:
     """Lines: candidates/lines.py, intermittent.py, doubts.py, inference/refine.py."""
 
-    apart: float = of(
+    apart: float = threshold(
         0.1,
         "of its frequency",
         "DESIGN 4",
         "how far from a sharp line another one is a line of its own, with apart_bins",
     )
-    apart_bins: int = of(20, "half bins", "choice", "added to apart")
-    multiple_highest: int = of(
+    apart_bins: int = threshold(20, "half bins", "choice", "added to apart")
+    multiple_highest: int = threshold(
         2, "times the sample rate", "choice", "frequency of a line at a multiple of a column"
     )
-    multiple_moves: float = of(
+    multiple_moves: float = threshold(
         2.0,
         "turns",
         "choice",
         "between such a line and a steady one of the same mean, below which it is a steady one",
     )
-    slow_turns: float = of(
+    slow_turns: float = threshold(
         8.0, "turns in the record", "choice", "below which the noise is fitted beside each cycle"
     )
-    lowest: int = of(
+    lowest: int = threshold(
         30, "ordinates", "choice", "below which the record has no spectrum of a line's own"
     )
-    widest: float = of(0.03, "of the sample rate", "choice", "half width above which it is no line")
-    narrowest: float = of(1.5, "ordinates", "choice", "half width below which it is sharp")
-    turning: float = of(
+    widest: float = threshold(
+        0.03, "of the sample rate", "choice", "half width above which it is no line"
+    )
+    narrowest: float = threshold(1.5, "ordinates", "choice", "half width below which it is sharp")
+    turning: float = threshold(
         1 / 6,
         "of its frequency",
         "DESIGN 4",
         "half width at most: it turns about once before it forgets its phase",
     )
-    hopeful: float = of(
+    hopeful: float = threshold(
         8.0, "log-likelihood", "choice", "of a crude box, from which a place is worth a closer look"
     )
-    places_refined: int = of(2, "places", "choice", "the strongest, which are refined")
-    white_turns: int = of(
+    places_refined: int = threshold(2, "places", "choice", "the strongest, which are refined")
+    white_turns: int = threshold(
         40,
         "turns in the record",
         "choice",
         "from which the noise is white across the lobe of a line",
     )
-    pieces: int = of(1000, "pieces", "choice", "of the record, in which a line's phase is followed")
-    visit_windows: tuple[int, ...] = of(
+    pieces: int = threshold(
+        1000, "pieces", "choice", "of the record, in which a line's phase is followed"
+    )
+    visit_windows: tuple[int, ...] = threshold(
         (4, 12, 36, 108, 324),
         "parts of the record",
         "DESIGN 15.2",
         "half overlapping windows of short-time spectra",
     )
-    visit_least: int = of(128, "samples", "choice", "of a window, and of a visit")
-    visit_marks: int = of(
+    visit_least: int = threshold(128, "samples", "choice", "of a window, and of a visit")
+    visit_marks: int = threshold(
         240, "marks", "DESIGN 15.2", "of the record, among which start and stop are sought first"
     )
-    visit_turns: int = of(8, "periods", "choice", "that an interval must hold")
-    visit_most: float = of(
+    visit_turns: int = threshold(8, "periods", "choice", "that an interval must hold")
+    visit_most: float = threshold(
         0.85, "of the record", "DESIGN 15.2", "from which a line is there all the time"
     )
-    visit_rounds: int = of(3, "rounds", "DESIGN 15.2", "of ends and frequency in turn")
-    within_band: float = of(
+    visit_rounds: int = threshold(3, "rounds", "DESIGN 15.2", "of ends and frequency in turn")
+    within_band: float = threshold(
         3.0,
         "half widths",
         "choice",
         "of a line with a width, within which one that comes and goes is that band, wandering",
     )
-    beside_course: float = of(
+    beside_course: float = threshold(
         0.005,
         "of the sample rate",
         "choice",
         "from the course of a drifting line, within which one that comes and goes is what is left "
         "of it",
     )
-    wave_hz: float = of(
+    wave_hz: float = threshold(
         0.1,
         "Hz",
         "DESIGN 4",
         "below which lines may be harmonics of one wave: those of anything slower are no lines",
     )
-    wave_harmonics: int = of(3, "lines", "DESIGN 4", "from which on they are one wave")
-    wave_wide: float = of(
+    wave_harmonics: int = threshold(3, "lines", "DESIGN 4", "from which on they are one wave")
+    wave_wide: float = threshold(
         0.25, "of the slowest line", "choice", "by which a line with a width may miss a harmonic"
     )
-    wave_near: float = of(
+    wave_near: float = threshold(
         0.1,
         "of the slowest line",
         "choice",
         "that a line must be surer of its place than to be its harmonic",
     )
-    comb_lines: int = of(
+    comb_lines: int = threshold(
         5,
         "lines",
         "choice",
         "of one comb, from which they are one signal and not those of a machine",
     )
-    comb_teeth: int = of(32, "harmonics", "choice", "of a comb on which lines are sought")
-    comb_orders: int = of(8, "harmonics", "choice", "that a line may be, to be the base of a comb")
-    comb_chance: float = of(
+    comb_teeth: int = threshold(32, "harmonics", "choice", "of a comb on which lines are sought")
+    comb_orders: int = threshold(
+        8, "harmonics", "choice", "that a line may be, to be the base of a comb"
+    )
+    comb_chance: float = threshold(
         1e-3, "chance", "choice (DESIGN 4)", "that lines anywhere lie on one comb as these do"
     )
 
@@ -488,72 +504,74 @@ class Line:
 class Drift:
     """A line whose frequency drifts (candidates/drifting.py)."""
 
-    least: float = of(
+    least: float = threshold(
         50.0,
         "log-likelihood",
         "choice",
         "of a line with a width, from which it may be one that drifts; and what that gains more",
     )
-    reach: float = of(
+    reach: float = threshold(
         0.04, "of the sample rate", "choice", "on each side of the line, in which it is followed"
     )
-    widths: float = of(4.0, "half widths", "choice", "of the line, the same")
-    share: float = of(
+    widths: float = threshold(4.0, "half widths", "choice", "of the line, the same")
+    share: float = threshold(
         0.7,
         "of the power above the model",
         "DESIGN 15.3",
         "within reach that must belong to one course",
     )
-    samples_least: int = of(512, "samples", "choice", "of the band about the line")
-    blocks: tuple[int, ...] = of(
+    samples_least: int = threshold(512, "samples", "choice", "of the band about the line")
+    blocks: tuple[int, ...] = threshold(
         (32, 64, 128, 256, 512), "blocks", "DESIGN 15.3", "half overlapping, of the record"
     )
-    block_least: int = of(16, "samples", "choice", "of a block of the band about the line")
-    bins: int = of(3, "bins", "choice", "by which the line moves from one block to the next")
-    blocks_per_knot: int = of(5, "blocks", "choice", "of the course that is tried first")
-    knots: tuple[int, int] = of(
+    block_least: int = threshold(16, "samples", "choice", "of a block of the band about the line")
+    bins: int = threshold(3, "bins", "choice", "by which the line moves from one block to the next")
+    blocks_per_knot: int = threshold(5, "blocks", "choice", "of the course that is tried first")
+    knots: tuple[int, int] = threshold(
         (5, 256), "knots", "DESIGN 15.3", "of the course of the frequency: least and most"
     )
-    turns_least: float = of(
+    turns_least: float = threshold(
         1.0, "turns", "DESIGN 15.3", "between the ends of its course, below which a line is steady"
     )
-    per_knot: int = of(8, "pieces", "choice", "of the record, in which the phase is followed")
-    rounds: int = of(6, "rounds", "choice", "of the phase and the course in turn")
+    per_knot: int = threshold(
+        8, "pieces", "choice", "of the record, in which the phase is followed"
+    )
+    rounds: int = threshold(6, "rounds", "choice", "of the phase and the course in turn")
 
 
 @dataclass(frozen=True)
 class Image:
     """Images of lines by regular gaps: inference/images.py."""
 
-    power: float = of(
+    power: float = threshold(
         0.1,
         "of the line's power",
         "choice (DESIGN 12.5)",
         "from which an image counts: gaps that take a quarter of the time",
     )
-    recurrent: int = of(
+    recurrent: int = threshold(
         30, "gaps", "choice", "that are regular, from which a line has images and no wide lobe"
     )
-    slow_gaps: int = of(
+    slow_gaps: int = threshold(
         16, "gaps", "choice", "over which the level of the known samples is removed before"
     )
-    background: int = of(
+    background: int = threshold(
         256, "half ordinates", "choice", "of which the median is the level about a line"
     )
-    chance: float = of(
+    chance: float = threshold(
         0.001, "chance", "choice", "that a record without a line shows one to be continued in gaps"
     )
-    lines_most: int = of(8, "lines", "choice", "that are continued in the gaps")
+    lines_most: int = threshold(8, "lines", "choice", "that are continued in the gaps")
 
 
 @dataclass(frozen=True)
 class Step:
     """Steps of the bias (candidates/steps.py)."""
 
-    marks: int = of(
+    marks: int = threshold(
         1200, "marks", "DESIGN 15.1", "of the record, between which crossings are counted"
     )
-    edge: int = of(
+    edge: int = threshold(
         16,
         "samples",
         "choice",
@@ -566,52 +584,56 @@ class Step:
 class Levels:
     """A few levels or a continuum (inference/states.py, candidates/ranking.py)."""
 
-    seen: float = of(8.0, "log-likelihood", "DESIGN 6.2", "from which two levels count as seen")
-    looked_for: float = of(
+    seen: float = threshold(
+        8.0, "log-likelihood", "DESIGN 6.2", "from which two levels count as seen"
+    )
+    looked_for: float = threshold(
         0.25,
         "of the gain of another effect",
         "DESIGN 6.2",
         "that two levels must explain to be looked for (of a filter or a logged column: as much)",
     )
-    one_more: float = of(
+    one_more: float = threshold(
         5.0,
         "log-likelihood",
         "DESIGN 6.4: half the logarithm of the number of blocks (BIC)",
         "that one more level must gain",
     )
-    most: int = of(5, "levels", "DESIGN 6.4", "that are tried")
-    flicker_rounds: int = of(3, "rounds", "DESIGN 6.3", "of flicker and levels in turn")
-    blocks_most: int = of(40000, "blocks", "choice", "of a record")
-    blocks_per_dwell: int = of(
+    most: int = threshold(5, "levels", "DESIGN 6.4", "that are tried")
+    flicker_rounds: int = threshold(3, "rounds", "DESIGN 6.3", "of flicker and levels in turn")
+    blocks_most: int = threshold(40000, "blocks", "choice", "of a record")
+    blocks_per_dwell: int = threshold(
         48, "blocks", "DESIGN 6.2: with 8 the dwell came out a fifth too long", "of a dwell"
     )
-    blocks_least: int = of(8, "blocks", "choice", "however far a search for the dwell strays")
-    switches_least: int = of(5, "switches", "DESIGN 6.2", "of telegraph noise in a record")
-    alike_dwells: float = of(
+    blocks_least: int = threshold(
+        8, "blocks", "choice", "however far a search for the dwell strays"
+    )
+    switches_least: int = threshold(5, "switches", "DESIGN 6.2", "of telegraph noise in a record")
+    alike_dwells: float = threshold(
         1.15,
         "ratio",
         "5 % of exponential ones at most (DESIGN 6.2)",
         "within which dwells are alike",
     )
-    joined: float = of(
+    joined: float = threshold(
         1.5,
         "shape of a gamma distribution",
         "choice: exponential dwells have 1, and more where short ones are not seen",
         "up to which dwells are as uneven as chance makes them",
     )
-    passing: float = of(
+    passing: float = threshold(
         0.2,
         "of the mean dwell",
         "DESIGN 6.2",
         "below which a dwell is the path on its way between two levels",
     )
-    uneven_chance: float = of(
+    uneven_chance: float = threshold(
         1e-4,
         "chance",
         "choice (DESIGN 6.2)",
         "of dwells so even, or of switches so one-sided, from which it is no telegraph noise",
     )
-    simplex: Mapping[str, float] = of(
+    simplex: Mapping[str, float] = threshold(
         {"maxfev": 120, "xatol": 1e-2, "fatol": 0.05},
         "options of Nelder-Mead",
         "choice",
@@ -623,16 +645,16 @@ class Levels:
 class Column:
     """Effects on logged columns (candidates/columns.py, identifiable.py)."""
 
-    powers: tuple[float, ...] = of(
+    powers: tuple[float, ...] = threshold(
         (1.0, 2.0, 3.0, 4.0),
         "exponents",
         "choice",
         "of a column, with which the variance of the white noise is tried to grow",
     )
-    means_most: int = of(
+    means_most: int = threshold(
         16384, "block means", "DESIGN 4", "of the recording that shapes are scanned on"
     )
-    lag_least: float = of(
+    lag_least: float = threshold(
         8.0,
         "log-likelihood",
         "DESIGN 4 (measured on real recordings)",
@@ -644,60 +666,60 @@ class Column:
 class Cause:
     """One coefficient, or a cause that was not logged (candidates/common_cause.py)."""
 
-    edges_hz: tuple[float, ...] = of(
+    edges_hz: tuple[float, ...] = threshold(
         (0.0, 0.002, 0.01, 0.05, 0.25, 0.5, 2.5),
         "Hz",
         "DESIGN 4",
         "of the bands; above, delays and filters differ, and a true coefficient need "
         "not be one number",
     )
-    worked_out_hz: float = of(
+    worked_out_hz: float = threshold(
         0.05,
         "Hz",
         "DESIGN 4",
         "up to here a course worked out of a column has no scatter of its own to speak of",
     )
-    ordinates_least: int = of(
+    ordinates_least: int = threshold(
         8, "ordinates", "choice", "of a band; one with fewer goes with the next"
     )
-    band_seen: float = of(
+    band_seen: float = threshold(
         3.0, "standard errors", "DESIGN 4", "from which a band shows a coefficient"
     )
-    bands_apart: float = of(
+    bands_apart: float = threshold(
         3.5, "standard errors", "DESIGN 4", "of a difference, from which two bands are apart"
     )
-    bands_ratio: float = of(
+    bands_ratio: float = threshold(
         2.0, "ratio", "DESIGN 4", "of coefficients, from which two bands contradict each other"
     )
-    turned_hz: float = of(
+    turned_hz: float = threshold(
         0.05, "Hz", "DESIGN 4", "from where on another axis of the gyro may count as turned"
     )
-    turned_share: float = of(
+    turned_share: float = threshold(
         0.75,
         "of its power",
         "DESIGN 4",
         "no noise of its own, from which another axis of the gyro counts as turned",
     )
-    motion_least: float = of(
+    motion_least: float = threshold(
         0.1,
         "of an accelerometer's power",
         "choice",
         "real motion, below which its noise is not divided out further",
     )
-    own_noise_most: float = of(
+    own_noise_most: float = threshold(
         1.2,
         "ratio of powers",
         "choice; the level of the noise is known to 2 %",
         "of a column to the noise of its own sensor, up to which it is no more than that",
     )
-    slow_hz: float = of(0.01, "Hz", "DESIGN 4", "below which axes are compared")
-    coherent: float = of(
+    slow_hz: float = threshold(0.01, "Hz", "DESIGN 4", "below which axes are compared")
+    coherent: float = threshold(
         0.4, "|r|", "DESIGN 4", "from which axes move as one, with bands_apart standard errors"
     )
-    axes_ratio: float = of(
+    axes_ratio: float = threshold(
         1.5, "ratio", "DESIGN 4", "within which the coefficients of three axes are the same"
     )
-    quiet_share: float = of(
+    quiet_share: float = threshold(
         0.05, "of the seconds", "choice", "whose noise is taken for the sensor's own"
     )
 
@@ -706,23 +728,23 @@ class Cause:
 class Doubt:
     """What a candidate may be instead (candidates/doubts.py)."""
 
-    moved_share: float = of(
+    moved_share: float = threshold(
         0.01,
         "share of the samples",
         "DESIGN 4",
         "that true motion takes, from where on what is left of it passes for an effect",
     )
-    leak_moved: float = of(
+    leak_moved: float = threshold(
         0.1,
         "of another axis",
         "DESIGN 4; data sheets have 0.01 to 0.05",
         "coefficient above which it is a turn, where the recording moved",
     )
-    leak_at_rest: float = of(0.3, "of another axis", "DESIGN 4", "the same at rest")
-    turns_most: int = of(
+    leak_at_rest: float = threshold(0.3, "of another axis", "DESIGN 4", "the same at rest")
+    turns_most: int = threshold(
         24, "turns", "choice", "of the sensor, after each of which the bias may have another level"
     )
-    turns_leave: float = of(
+    turns_leave: float = threshold(
         0.25, "of the gain", "choice", "of an effect, that it keeps beside these levels"
     )
 
@@ -731,23 +753,23 @@ class Doubt:
 class Change:
     """White noise that changes (inference/changes.py, modulation.py)."""
 
-    block_samples: int = of(
+    block_samples: int = threshold(
         32,
         "samples",
         "choice",
         "of a column per block, of which what it adds to the noise is a mean",
     )
-    restless_stretches: int = of(
+    restless_stretches: int = threshold(
         24, "stretches", "DESIGN 4", "of the record, whose levels are compared"
     )
-    touch_blocks: int = of(
+    touch_blocks: int = threshold(
         3, "blocks", "DESIGN 4", "that a touch takes: left out of the gain of vibration"
     )
-    crowded_pieces: int = of(
+    crowded_pieces: int = threshold(
         16, "pieces", "DESIGN 5.3", "of the record, in which noise is loud or not"
     )
-    share_groups: int = of(8, "groups", "DESIGN 5.2", "of the share of white noise")
-    growth_most: float = of(
+    share_groups: int = threshold(8, "groups", "DESIGN 5.2", "of the share of white noise")
+    growth_most: float = threshold(
         3.5,
         "logarithm",
         "choice",
@@ -759,67 +781,69 @@ class Change:
 class Fit:
     """Fits: inference/whittle.py, parts.py, refine.py, estimate.py, gaps.py."""
 
-    iterations: int = of(60, "iterations", "choice", "of a fit of sizes")
-    halvings: int = of(12, "halvings", "choice", "of a step that does not gain")
-    scored: int = of(2, "iterations", "DESIGN 3.1", "of Fisher scoring before those of Newton")
-    curvature_least: float = of(
+    iterations: int = threshold(60, "iterations", "choice", "of a fit of sizes")
+    halvings: int = threshold(12, "halvings", "choice", "of a step that does not gain")
+    scored: int = threshold(
+        2, "iterations", "DESIGN 3.1", "of Fisher scoring before those of Newton"
+    )
+    curvature_least: float = threshold(
         0.3, "of the expected curvature", "DESIGN 3.1", "of a bin in a step of Newton"
     )
-    pivot_least: float = of(
+    pivot_least: float = threshold(
         1e-5, "rows of unit norm", "choice", "pivot of a Cholesky factor that is well posed"
     )
-    reach_end: float = of(
+    reach_end: float = threshold(
         0.95, "of the reach", "choice", "from which a filter's shape is searched for further on"
     )
-    slow_s: float = of(0.5, "s", "DESIGN 1.4", "in which a slow course does not move")
-    slow_means: int = of(
+    slow_s: float = threshold(0.5, "s", "DESIGN 1.4", "in which a slow course does not move")
+    slow_means: int = threshold(
         10000, "means", "choice", "of a record, at least, that a slow course is transformed of"
     )
-    slow_turn: float = of(
+    slow_turn: float = threshold(
         0.01, "turns", "DESIGN 1.4", "in slow_s, below which a line is a slow course"
     )
-    bias_tracked_s: float = of(
+    bias_tracked_s: float = threshold(
         6.28,
         "s",
         "choice: a time constant of 1 s. Faster software would take away the turns that the gyro "
         "is for",
         "corner period, at least, of software that subtracts its estimate of the bias",
     )
-    rounds_of_two: int = of(8, "rounds", "choice", "of the shapes of two warm-ups")
-    change_doubt: float = of(
+    rounds_of_two: int = threshold(8, "rounds", "choice", "of the shapes of two warm-ups")
+    change_doubt: float = threshold(
         11.03,
         "noise over power, samples",
         "DESIGN 15: largest value of a two-sided random walk with drift, 95 %",
         "of the place of a change in white noise",
     )
-    vague_factor: float = of(
+    vague_factor: float = threshold(
         10.0,
         "ratio",
         "choice",
         "reach of a 95 % interval, from which the record does not determine a parameter",
     )
-    settled: float = of(
+    settled: float = threshold(
         8.0,
         "times what ends of the record leave",
         "choice (DESIGN 2.3)",
         "at a zero of a filter: how it settled as the record began is as much again",
     )
-    draw_iterations: int = of(
+    draw_iterations: int = threshold(
         120,
         "iterations",
         "choice (DESIGN 12.1: 3 to 40 are usual)",
         "of conjugate gradients for missing samples, at most",
     )
-    draw_residual: float = of(
+    draw_residual: float = threshold(
         3e-2, "of the first residual", "choice", "at which the missing samples are taken"
     )
-    level_lags: int = of(
+    level_lags: int = threshold(
         8,
         "parts of the record",
         "DESIGN 12.2",
         "the longest lag whose products are looked at: one of these parts",
     )
-    level_floor: float = of(
+    level_floor: float = threshold(
         0.05, "of the median level", "choice", "where products of few samples say less than nothing"
     )
 

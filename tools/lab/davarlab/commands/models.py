@@ -148,7 +148,7 @@ def export_plan(options: argparse.Namespace, given: models.Model) -> int:
                 "is not known. Find what is missing with improve. Without --recording, the "
                 "cutoff counts as known to 10 %"
             )
-    found = declared.of(given, where, options.window, entries, recording)
+    found = declared.declare(given, where, options.window, entries, recording)
     default = declared.default_said(given, found.lsb, found.window)
     made = declared.text(found, declared.notes(found, given, where, options.recording))
     files.write_whole(options.output, made.encode())

@@ -175,7 +175,7 @@ def check_recurrent(kept: Ints, count: int, period: float, path: StrPath) -> Non
     )
 
 
-def of(stamps: Floats, rate_hz: float | None, path: StrPath, line: int | None) -> Clock:
+def found(stamps: Floats, rate_hz: float | None, path: StrPath, line: int | None) -> Clock:
     """The clock behind a column of time stamps (seconds). Raises BadInput where time runs backwards
     or stands still."""
     if len(stamps) < 2:
@@ -252,5 +252,5 @@ def behind_repeats(time: Floats, rate_hz: float, share: float, path: StrPath) ->
     if gathered(steps) < MEMORYLESS:
         own = len(steps) / float(time[-1] - time[0])
         return Clock(own) if own < (1 - share / 2) * rate_hz else None
-    found = of(time, None, path, 1)
-    return found if found.rate_hz < SLOWER * rate_hz and found.kind == "even" else None
+    clock = found(time, None, path, 1)
+    return clock if clock.rate_hz < SLOWER * rate_hz and clock.kind == "even" else None

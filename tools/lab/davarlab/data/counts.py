@@ -359,7 +359,7 @@ def of_angle(k: Floats) -> tuple[Floats, float] | None:
     return None
 
 
-def of(y: Floats, rate_hz: float) -> Counts | None:
+def found(y: Floats, rate_hz: float) -> Counts | None:
     """Counts of the record y (deg/s, as it was logged), or None."""
     q = step(y)
     if not q:

@@ -119,7 +119,7 @@ def of_mask(kind: str, recording: Recording, mask: Bools, detail: str) -> Observ
 
 def implausible(recording: Recording, column: str) -> Observation | None:
     """Implausible rates, units and levels."""
-    said = "; ".join(plausible.of(recording, [column]))
+    said = "; ".join(plausible.of_recording(recording, [column]))
     return (
         Observation(
             plausible.KIND,
@@ -397,7 +397,7 @@ def outliers(recording: Recording, x: Floats, good: Bools) -> Observation | None
         return None
     w = motion.whitened(x, good)
     mask, _ = motion.lone(w, good)
-    known = counted.of(x[good], recording.rate_hz) if mask.any() else None
+    known = counted.found(x[good], recording.rate_hz) if mask.any() else None
     if known and known.reach_dps:  # a count more is no outlier where a count exceeds the noise
         mask &= np.abs(x - events.local_mean(x, good, NEAR)) > known.reach_dps
     if not mask.any():

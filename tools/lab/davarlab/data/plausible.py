@@ -62,7 +62,7 @@ def doubts(
     return [said for said in (*found, temperature(columns), gravity(columns)) if said]
 
 
-def of(recording: Recording, columns: Iterable[str] | None = None) -> list[str]:
+def of_recording(recording: Recording, columns: Iterable[str] | None = None) -> list[str]:
     """The doubts about a recording and some of its gyro columns, all without any; none where its
     user has said that it is right."""
     if recording.as_recorded:

@@ -154,7 +154,7 @@ def clock_of(
     places: Ints | None,
 ) -> Clock:
     if "time_s" in columns:
-        return clock.of(columns["time_s"], rate_hz, path, line)
+        return clock.found(columns["time_s"], rate_hz, path, line)
     if not rate_hz:
         raise BadInput(f"{path}: no column time_s and no --rate. Type --rate HZ")
     return Clock(float(rate_hz), places)

@@ -49,7 +49,7 @@ class Expectation:
             self.cached[name] = allan.on_grid(self.spectrum(chosen, rest), self.bench.data.rate_hz)
         return self.cached[name]
 
-    def of(self, window: int, taus: Sequence[int]) -> tuple[Floats, Floats, Floats, Floats]:
+    def over(self, window: int, taus: Sequence[int]) -> tuple[Floats, Floats, Floats, Floats]:
         rate = self.bench.data.rate_hz
         steady = tuple(
             part for part in self.noise if part is not None and narrow(part, window / rate)
@@ -101,7 +101,7 @@ def cells_in(
         taus = allan.octaves(window)[:most]
         if not taus:
             continue
-        noise, freedom, share, steady = expectation.of(window, taus)
+        noise, freedom, share, steady = expectation.over(window, taus)
         memory = bench.recording.measured
         measured, valid = remembered(memory, y, window, taus, state.known)
         course = course_variances(state, window, taus, state.known)
@@ -177,7 +177,7 @@ def row_cell(state: State) -> list[Cell]:
     )
     if share < JUDGE.valid_share:
         return []
-    noise, freedom, _, steady = Expectation(state).of(recording.samples, [JUDGE.rows])
+    noise, freedom, _, steady = Expectation(state).over(recording.samples, [JUDGE.rows])
     course = bench.mean_course(state.parts, state.fit)
     moved = allan.windows(course, recording.samples, [JUDGE.rows], state.known)[0][0] ** 2
     return row_cells(

@@ -178,7 +178,7 @@ def benched(
     key = ("bench", column)
     if key not in memory:
         logged = y if known is None else recording.rate_dps(column)
-        found = counts.of(logged if known is None else logged[known], recording.rate_hz)
+        found = counts.found(logged if known is None else logged[known], recording.rate_hz)
         shocks = events.find(y, recording.rate_hz, found.reach_dps if found else 0.0)
         data = Data(shocks.clean, recording.rate_hz)
         memory[key] = Bench(recording, shocks.clean, found, data, column, logged), shocks
@@ -267,7 +267,7 @@ def judged(state: State, quick: bool = False) -> Judged:
 
 
 def reading_of(state: State, found: Sequence[Cell]) -> reading.Reading | None:
-    return reading.of(state.bench, state.parts, state.fit, judge.over_all(found))
+    return reading.read_off(state.bench, state.parts, state.fit, judge.over_all(found))
 
 
 def cells_of(state: State, variance: Floats | None) -> tuple[list[Cell], list[Cell]]:

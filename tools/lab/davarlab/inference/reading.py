@@ -110,7 +110,9 @@ def between_lines(bench: Bench, parts: Sequence[Part]) -> Bools:
     return kept
 
 
-def of(bench: Bench, parts: Sequence[Part], fit: Fit, whole: Sequence[Cell]) -> Reading | None:
+def read_off(
+    bench: Bench, parts: Sequence[Part], fit: Fit, whole: Sequence[Cell]
+) -> Reading | None:
     """The two readings beside the model; None where the record has none, or the model no white
     noise. whole: the Allan deviations of the whole record."""
     rate = bench.data.rate_hz

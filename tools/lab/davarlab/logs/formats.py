@@ -244,7 +244,7 @@ def read(
         *understood(found, made, count, options.rate_hz),
         *said(found),
         *([note] if note else []),
-        *(f"doubtful: {one} (or {plausible.CONFIRM})" for one in plausible.of(made)),
+        *(f"doubtful: {one} (or {plausible.CONFIRM})" for one in plausible.of_recording(made)),
     ):
         told(f"{path}: {line}")
     return made
@@ -260,7 +260,9 @@ def understood(found: Samples, made: Recording, count: int, rate_hz: float | Non
 
 def doubts(found: Samples, rate_hz: float) -> list[str]:
     """What is implausible about Samples, before they are on a grid."""
-    return plausible.of(recordings.Recording(found.columns, rate_hz, doubts=doubted(found)))
+    return plausible.of_recording(
+        recordings.Recording(found.columns, rate_hz, doubts=doubted(found))
+    )
 
 
 def said(found: Samples) -> Iterator[str]:
@@ -285,7 +287,7 @@ def write(found: Samples, path: StrPath, rate_hz: float | None, source: StrPath)
     no recording: no time and no rate, time that runs backwards."""
     rate = rate_hz or found.rate_hz
     if "time_s" in found.columns:
-        rate = clock.of(found.columns["time_s"], rate, source, found.line).rate_hz
+        rate = clock.found(found.columns["time_s"], rate, source, found.line).rate_hz
     elif not rate:
         raise BadInput(f"{source}: no column time_s and no --rate. Type --rate HZ")
     if found.places is not None and "time_s" not in found.columns:

@@ -332,7 +332,7 @@ def dressed(
 ) -> Samples:
     """Raw columns as Samples in davarlab's names and units, by guesses that can be overridden.
     Columns of no known quantity keep their names. stated: sample rates of the file, in Hz."""
-    guesses = overridden(meaning.of(columns, stated), given, path)
+    guesses = overridden(meaning.guesses(columns, stated), given, path)
     there = dict(columns)
     out, stamps = {}, None
     for one in guesses:

@@ -409,7 +409,7 @@ def states_rate(recording: Recording) -> bool:
     return not abs(step * recording.rate_hz - 1) < RATES_DIFFER
 
 
-def of(
+def declare(
     model: Model,
     where: str,
     window: int,

@@ -206,7 +206,7 @@ class Dialect:
     ended: bool = False
     said: list[str] = field(default_factory=list)
 
-    def of(self, row: str) -> list[str]:
+    def fields(self, row: str) -> list[str]:
         """The fields of a row of text."""
         return split(END.sub("", row) if self.ended else row, self.separator)
 

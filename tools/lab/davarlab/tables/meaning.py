@@ -24,7 +24,7 @@ HALF_OF_NORMAL = 0.6745  # of a standard deviation: the median of the magnitude
 GRAVITY_S, TURNED_RAD, GRAVITY_AGREES = 0.25, 1.0, 0.5
 
 
-def of(columns: Mapping[str, npt.NDArray[Any]], rates: Sequence[float] = ()) -> list[Guess]:
+def guesses(columns: Mapping[str, npt.NDArray[Any]], rates: Sequence[float] = ()) -> list[Guess]:
     """Guesses for the columns of a file (name -> numbers), in their order: one time, one
     temperature, one of each axis; the norm of the accelerometer says its unit where its name does
     not. rates: in Hz, as the file states them."""

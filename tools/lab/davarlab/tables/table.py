@@ -237,7 +237,7 @@ def form_of(found: Dialect, names: dict[int, str], called: list[str], first: str
     """Of a file by its first row of numbers; names: place -> name of the columns that are read."""
     made = Form(found, list(names.values()), list(names), called)
     made.time = clock_in(made.names)
-    fields = found.of(first)
+    fields = found.fields(first)
     if made.time and len(fields) == made.count:
         value = made.stamp = fields[made.places[made.names.index(made.time)]]
         kind = next(
@@ -408,7 +408,7 @@ def by_row(block: bytes, form: Form, line: int, path: StrPath) -> tuple[list[Flo
         row = text_of(raw, path)
         if not row or is_comment(row):
             continue
-        fields = form.dialect.of(row)
+        fields = form.dialect.fields(row)
         if number == line + len(rows) and len(fields) < form.count:
             cut = f"line {number} is cut off and skipped"
         else:

@@ -72,7 +72,7 @@ def preview(
     of them, what a page shows of it). skip: lines of a text that were skipped."""
     columns = log.columns
     rates = log.rates if isinstance(log, tables.Table) else []
-    found, count = said or meaning.of(columns, rates), len(next(iter(columns.values())))
+    found, count = said or meaning.guesses(columns, rates), len(next(iter(columns.values())))
     ticks = clock_of(columns, found, path, log.line)
     places = ticks.places if ticks else log.places
     missing = 0 if places is None else int(places[-1]) + 1 - count
@@ -138,7 +138,7 @@ def clock_of(
     """The clock that is guessed; None where no column is the time, or none that runs."""
     time = next((one for one in found if one.quantity == "time"), None)
     try:
-        return clock.of(columns[time.name] * time.factor, None, path, line) if time else None
+        return clock.found(columns[time.name] * time.factor, None, path, line) if time else None
     except BadInput:
         return None
 
@@ -247,7 +247,7 @@ class Dataset:
     def first(self, progress: Progress) -> Outcome:
         """The outcome of the first model."""
         model = models.first(self.recording.rate_hz, self.column)
-        return self.keep(self.of(self.text(model), True, progress))
+        return self.keep(self.outcome_of(self.text(model), True, progress))
 
     def inside(self, model: models.Model) -> models.Model:
         """A model for the analysis."""
@@ -270,7 +270,9 @@ class Dataset:
         self.outcomes.move_to_end(key)
         return self.outcomes[key]
 
-    def of(self, text: str, fitted: bool, progress: Progress = lambda text: None) -> Outcome:
+    def outcome_of(
+        self, text: str, fitted: bool, progress: Progress = lambda text: None
+    ) -> Outcome:
         """The outcome of a model file: at its best, as `davarlab fit` finds it, or with the values
         as they stand."""
         model = self.inside(models.of_text(text, "model"))
@@ -338,7 +340,7 @@ class Dataset:
         """Candidates beside the fitted model, best first, as `davarlab diagnose` ranks them;
         `partly` hears what was found so far; `between` is called before each fit; both may
         raise."""
-        outcome = self.of(text, True, progress)
+        outcome = self.outcome_of(text, True, progress)
         if outcome.ranked is None:
             fitted = outcome.fitted
             asking = replace(fitted, bench=fitted.bench.asking(between))
@@ -352,7 +354,7 @@ class Dataset:
                 f"{f_hz:g} Hz: a line must be above 0 and below half the sample rate, "
                 f"{self.recording.rate_hz / 2:g} Hz"
             )
-        state = self.of(text, True).fitted
+        state = self.outcome_of(text, True).fitted
         part = (
             lines.wide_at(state.bench, state.parts, state.fit, f_hz)
             if wide
@@ -365,7 +367,7 @@ class Dataset:
     ) -> Outcome:
         """The model with a candidate, all refitted; `between` is called before each fit, and may
         raise."""
-        fitted = self.of(text, True, progress).fitted
+        fitted = self.outcome_of(text, True, progress).fitted
         asking = replace(fitted, bench=fitted.bench.asking(between))
         state = fitting.joined(asking, candidate.part, candidate.replaces)
         between()
@@ -416,7 +418,7 @@ class Dataset:
     ) -> tuple[Floats, Floats, Bools]:
         """What the model's courses leave of the gyro beside a column that is felt so late, in means
         of equal stretches: (column, gyro, does the column rise)."""
-        outcome, rate = self.of(text, True), self.recording.rate_hz
+        outcome, rate = self.outcome_of(text, True), self.recording.rate_hz
         left = (
             outcome.fitted.bench.y
             - outcome.fitted.bench.y.mean()

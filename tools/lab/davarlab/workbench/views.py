@@ -56,7 +56,7 @@ def preview(state: State) -> Json:
     bench = state.bench
     window = len(bench.y) // 2 * 2
     taus = allan.octaves(window)
-    noise, _, _, steady = cells.Expectation(state).of(window, taus)
+    noise, _, _, steady = cells.Expectation(state).over(window, taus)
     course = bench.mean_course(state.parts, state.fit)
     known = allan.windows(course, window, taus)[0][0] ** 2 if np.any(course) else 0.0
     return {

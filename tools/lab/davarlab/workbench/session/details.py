@@ -61,7 +61,7 @@ class Details:
             return step.text.encode()
         model = models.of_text(step.text, "model")
         if what == "plan":
-            found = declared.of(model, typed.MODEL_NAME, WINDOW)
+            found = declared.declare(model, typed.MODEL_NAME, WINDOW)
             notes = declared.notes(found, model, typed.MODEL_NAME, None)
             return declared.text(found, notes).encode()
         if what == "h":

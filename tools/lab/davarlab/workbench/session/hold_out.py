@@ -34,7 +34,7 @@ class HoldOut:
         held = as_named(path, steps)
         there, model = axes.for_analysis(held, Model(None, column))
         there.rate_dps(model.column)
-        doubts = plausible.of(held, [column])
+        doubts = plausible.of_recording(held, [column])
         if doubts:
             raise BadInput(f"{path}: doubtful: {'; '.join(doubts)}")
         return held

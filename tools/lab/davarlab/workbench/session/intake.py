@@ -36,7 +36,7 @@ class Intake:
     ) -> Json:
         """A recording by its path. Which sensor is meant, and columns that are not called as
         davarlab calls them, are asked about first."""
-        with self.own.of(path):
+        with self.own.loaded(path):
             return self.opened(path, model, sensor, names, skip)
 
     def opened(
@@ -122,7 +122,7 @@ class Intake:
             raise BadInput(
                 f"{path}: no column is a gyro in deg/s or rad/s, or an accelerometer in g or m/s^2"
             )
-        doubts = plausible.of(recording)
+        doubts = plausible.of_recording(recording)
         if doubts:
             return self.ask_about(self.doubted(path, steps, doubts, model))
         given = models.read(model) if model else None
@@ -171,7 +171,7 @@ class Intake:
         try:
             if given or not steps.steps:
                 outcome = (
-                    dataset.of(dataset.text(given), False, self.session.progress)
+                    dataset.outcome_of(dataset.text(given), False, self.session.progress)
                     if given
                     else dataset.first(self.session.progress)
                 )

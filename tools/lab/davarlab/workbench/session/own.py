@@ -82,7 +82,7 @@ class Own:
         self.at = ""  # the recording whose effects are in the table
 
     @contextlib.contextmanager
-    def of(self, path: str) -> Iterator[None]:
+    def loaded(self, path: str) -> Iterator[None]:
         """Has the effects of a recording in the table, not those of the one before; those of that
         one again where the recording cannot be opened."""
         before = self.at

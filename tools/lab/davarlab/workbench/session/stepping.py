@@ -69,7 +69,7 @@ class Stepping:
         return number
 
     def outcome(self, step: Step) -> Outcome:
-        return self.session.open_dataset.of(step.text, step.fitted, self.session.progress)
+        return self.session.open_dataset.outcome_of(step.text, step.fitted, self.session.progress)
 
     def grown(
         self,
@@ -101,7 +101,7 @@ class Stepping:
 
     def fit(self, model: Model) -> Outcome:
         dataset = self.session.open_dataset
-        return dataset.of(dataset.text(model), True, self.session.progress)
+        return dataset.outcome_of(dataset.text(model), True, self.session.progress)
 
     def step(self, number: int | None = None) -> Json:
         """A step as the page draws it."""
@@ -133,7 +133,7 @@ class Stepping:
         dataset = self.session.open_dataset
         try:
             ranked = dataset.ranked(text, self.session.progress, partly, self.give_way)
-            outcome = dataset.of(text, True, self.session.progress)
+            outcome = dataset.outcome_of(text, True, self.session.progress)
             found = {
                 "number": step.number,
                 "state": state,
@@ -248,7 +248,7 @@ class Stepping:
     def best(self, step: Step) -> Outcome:
         """The fit that a step came from; of a model as given, the fit of its effects."""
         text = self.fitted_step(step).text
-        return self.session.open_dataset.of(text, True, self.session.progress)
+        return self.session.open_dataset.outcome_of(text, True, self.session.progress)
 
     def term(self, model: models.Model, place: int) -> models.Term:
         if place >= len(model.terms):

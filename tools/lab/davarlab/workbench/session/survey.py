@@ -32,7 +32,7 @@ class Beside:
             )
         self.axes = axes.of_page(self.recording)
         self.datasets: dict[Selection, Dataset] = {}
-        if doubts := plausible.of(self.recording):
+        if doubts := plausible.of_recording(self.recording):
             raise BadInput(doubts[0])
 
     def dataset(self, selection: Selection) -> Dataset:
@@ -105,7 +105,9 @@ class Survey:
 
         tree = session.tree(selection)
         step = tree["steps"][tree["current"]] if tree else None
-        outcome = dataset.of(step.text, step.fitted, trying) if step else dataset.first(trying)
+        outcome = (
+            dataset.outcome_of(step.text, step.fitted, trying) if step else dataset.first(trying)
+        )
         fit = fit_of(step, tree["steps"]).text if tree and step else dataset.text(outcome.model)
         ranked = dataset.ranked(fit, trying, partly, self.stepping.give_way)
         return {
@@ -113,5 +115,5 @@ class Survey:
             "adequate": outcome.state.judgement.adequate,
             "adequacy": outcome.state.judgement.adequacy,
             "cards": [views.card(outcome, place, None) for place in range(len(outcome.estimates))],
-            **views.ranking(dataset.of(fit, True, trying), dataset.recording, ranked),
+            **views.ranking(dataset.outcome_of(fit, True, trying), dataset.recording, ranked),
         }
