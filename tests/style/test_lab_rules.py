@@ -55,7 +55,7 @@ OPENED = {
         "open(self.path, encoding='utf-8', errors='replace')",  # where it is a regular file
     ],
 }
-OPENING = ("visit.intake.open", "self.open")  # in workbench/: Intake.open, which reads through it
+OPENING = ("session.intake.open", "self.open")  # in workbench/: Intake.open, which reads through it
 
 
 def modules(*packages):
@@ -183,7 +183,7 @@ def numeric_constants(tree):
 
 
 def fields():
-    """[(class, field, arguments of its of())] of the table."""
+    """[(class, field, arguments of its threshold())] of the table."""
     groups = [node for node in tree_of(TABLE).body if isinstance(node, ast.ClassDef)]
     return [
         (group, node.target.id, node.value.args)
@@ -191,6 +191,17 @@ def fields():
         for node in group.body
         if isinstance(node, ast.AnnAssign)
     ]
+
+
+def test_the_name_of_a_function_says_what_it_returns():
+    """of(x) reads well where it is called with its module, and nowhere else."""
+    found = [
+        f"{name_of(path)}:{node.lineno}"
+        for path in sorted(LAB.rglob("*.py"))
+        for node in ast.walk(tree_of(path))
+        if isinstance(node, ast.FunctionDef) and node.name == "of"
+    ]
+    assert found == []
 
 
 def test_the_deciding_rooms_have_no_numbers_of_their_own():
