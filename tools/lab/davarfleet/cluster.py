@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from distributed import Client
 
 WAIT_S = 30  # for a scheduler to answer
+# Of the allocator of a worker, in bytes. Dask's own trim threshold of 64 KiB hands the pages of
+# each array back to the system, and the next array is filled page by page again.
+ALLOCATOR = {"MALLOC_TRIM_THRESHOLD_": 1 << 29, "MALLOC_MMAP_THRESHOLD_": 1 << 25}
 
 
 @contextlib.contextmanager
@@ -30,6 +33,7 @@ def client(address: str | None, workers: int) -> Iterator["Client"]:
         "distributed.scheduler.allowed-failures": 1,
         "distributed.comm.timeouts.connect": WAIT_S,
         "distributed.admin.log-format": "%(message)s",
+        "distributed.nanny.pre-spawn-environ": ALLOCATOR,
     }
     with dask.config.set(quiet), warnings.catch_warnings():
         warnings.simplefilter("ignore")
