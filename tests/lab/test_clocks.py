@@ -163,10 +163,24 @@ def test_single_precision_is_too_coarse():
         axes.for_analysis(recording, models.Model(1.0, "phase_s"))
 
 
-def test_names_of_files_stay():
-    text = "gyro: step_dps = 3 deg/s; fit gyro_dps.csv -m logs/gyro/rec_dps.toml. A gyro."
-    expected = "clock: step_ppb = 3 ppb; fit gyro_dps.csv -m logs/gyro/rec_dps.toml. A clock."
-    assert axes.in_units(text, "phase_s") == expected
+@pytest.mark.parametrize(
+    "column, text, expected",
+    [
+        (
+            "phase_s",
+            "gyro: step_dps = 3 deg/s; fit gyro_dps.csv -m logs/gyro/rec_dps.toml. A gyro.",
+            "clock: step_ppb = 3 ppb; fit gyro_dps.csv -m logs/gyro/rec_dps.toml. A clock.",
+        ),
+        (
+            "accel_x_g",
+            "angle_random_walk, 3 deg/sqrt(h); fit angle_random_walk.csv -m of/angle_random_walk/m",
+            "velocity_random_walk, 3 m/s/sqrt(h); fit angle_random_walk.csv -m "
+            "of/angle_random_walk/m",
+        ),
+    ],
+)
+def test_names_of_files_stay(column, text, expected):
+    assert axes.in_units(text, column) == expected
 
 
 def test_a_fleet_reads_clocks_and_confirmed_recordings():

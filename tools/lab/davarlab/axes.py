@@ -24,9 +24,10 @@ from .inference.estimate import Estimate, as_shown
 from .model import Model, as_said, is_accel, kind_said
 
 TO_MPS2 = {"g": 9.80665, "mg": 9.80665e-3, "m_s2": 1.0, "mps2": 1.0}
-# Words of a gyro that are not in the name of a file.
-GYRO = re.compile(r"(?<![\w./-])gyro(?![\w-]*[./]\w)")
-DPS = re.compile(r"_dps(?![\w-]*[./]\w)")
+# Around a word that is not in the name of a file.
+FILE_BEGINS, FILE_ENDS = r"(?<![\w./-])", r"(?![\w-]*[./]\w)"
+GYRO = re.compile(rf"{FILE_BEGINS}gyro{FILE_ENDS}")
+DPS = re.compile(rf"_dps{FILE_ENDS}")
 SHOWN = {
     "deg": ("m/s", 1.0),
     "deg/h": ("ug", 1e6 / 9.80665 / 3600),
@@ -166,8 +167,13 @@ def in_units(text: str, column: str) -> str:
     for kind in list(table.TABLE):  # effects of one's own may come and go meanwhile
         said = kind_said(kind, column)
         for gyro, accel in ((kind, said), (kind.replace("_", " "), said.replace("_", " "))):
-            text = text.replace(gyro, accel)
+            text = exchanged(text, gyro, accel)
     return re.sub(r"\bdeg\b(?=[/ )]|$)", "m/s", text)
+
+
+def exchanged(text: str, old: str, new: str) -> str:
+    """Another word, but not in the name of a file or of an own effect."""
+    return re.sub(rf"{FILE_BEGINS}{re.escape(old)}(?!_){FILE_ENDS}", lambda _: new, text)
 
 
 def of_clock(text: str) -> str:
@@ -181,9 +187,9 @@ def of_clock(text: str) -> str:
             (kind, spoken.kind),
             (kind.replace("_", " "), spoken.kind.replace("_", " ")),
         ):
-            text = text.replace(gyro, clock)
-            text = text.replace(gyro[0].upper() + gyro[1:], clock[0].upper() + clock[1:])
-    text = text.replace("deg/s", "ppb")
+            text = exchanged(text, gyro, clock)
+            text = exchanged(text, gyro[0].upper() + gyro[1:], clock[0].upper() + clock[1:])
+    text = re.sub(r"deg/s(?!\w)", "ppb", text)
     return GYRO.sub("clock", DPS.sub("_ppb", text))
 
 
