@@ -114,7 +114,7 @@ def test_the_deviations_are_allantools_own_of_the_means_over_a_hop():
 
 @pytest.mark.soak
 def test_an_hour_agrees_with_allantools_and_with_the_simulated_noise():
-    """On the emulated Cortex-M0 of docs/FIRMWARE.md."""
+    """On the emulated Cortex-M0 of docs/quality/WEEK.md."""
     chunks = list(week.counts_of(HOUR, 41))
     row = week.on_board(chunks, "cortex-m0", 600)
     lines = week.compare(row, np.concatenate(chunks))

@@ -1,5 +1,5 @@
 """The curve of a simulated week on an emulated Cortex-M0, from 10 ms to a day, beside AllanTools:
-the table and the picture of docs/FIRMWARE.md. 60 million samples take minutes and 4 GB.
+the table and the picture of docs/quality/WEEK.md. 60 million samples take minutes and 4 GB.
 
     python tests/package/week.py docs/week.png
 
