@@ -46,6 +46,8 @@ struct davar_python {
     /* Copies of the plan. A window has the one at its length % PLANS, so that the plan need not
      * follow the window when its length changes. */
     davar_plan_t *plans;
+    slide_t slide;
+    size_t slid; /* rows that it has written */
     sim_error_t error;
     union {
         int16_t q15[CHUNK];
@@ -70,6 +72,7 @@ void davar_python_free(davar_python_t *run)
         floors_close(&run->floors);
         batches_close(&run->batches);
         engine_free(&run->engine);
+        slide_close(&run->slide);
         free(run->plans);
         free(run);
     }
@@ -547,31 +550,42 @@ static void slide_rows(davar_python_t *run, slide_t *slide, const rows_t *rows, 
     }
 }
 
-size_t davar_python_slide(davar_python_t *run, const double *values, size_t count, double *first,
-                          size_t stride)
+static bool slide_begin(davar_python_t *run, const double *values, size_t count)
 {
-    slide_t slide = {0};
-    rows_t rows = {.stride = stride};
-    rows.first = first;
+    slide_t *const slide = &run->slide;
     const bool alone = (cascade_of(run) == NULL) && (run->model_count == 0U) &&
                        !run->options.floor && !run->options.details;
-    size_t written = 0;
-    slide.is_centred = run->settings.is_centred;
-    if (alone && slide_open(&slide, &run->engine.config, &run->quantisation, values, count)) {
-        run->result = (davar_result_t){.tau_count = slide.config->tau_count,
-                                       .unit_per_count = slide.config->unit_per_count,
-                                       .kurtosis = (double)NAN,
-                                       .contribution = (double)NAN,
-                                       .dispersion = (double)NAN};
-        while (written < slide.rows) {
-            const size_t left = slide.rows - written;
-            const size_t block = (left < SLIDE_BLOCK) ? left : SLIDE_BLOCK;
-            slide_rows(run, &slide, &rows, written, written + block);
-            written += block;
-        }
+    slide->is_centred = run->settings.is_centred;
+    if (!alone || !slide_open(slide, &run->engine.config, &run->quantisation, values, count)) {
+        return false;
     }
-    slide_close(&slide);
-    return written;
+    run->result = (davar_result_t){.tau_count = slide->config->tau_count,
+                                   .unit_per_count = slide->config->unit_per_count,
+                                   .kurtosis = (double)NAN,
+                                   .contribution = (double)NAN,
+                                   .dispersion = (double)NAN};
+    return true;
+}
+
+size_t davar_python_slide(davar_python_t *run, const double *values, size_t count, double *first,
+                          size_t stride, size_t room)
+{
+    slide_t *const slide = &run->slide;
+    rows_t rows = {.stride = stride};
+    rows.first = first;
+    const size_t begin = run->slid;
+    if ((begin == 0U) && !slide_begin(run, values, count)) {
+        slide_close(slide);
+        return 0U;
+    }
+    const size_t end = ((slide->rows - begin) < room) ? slide->rows : (begin + room);
+    while (run->slid < end) {
+        const size_t left = end - run->slid;
+        const size_t block = (left < SLIDE_BLOCK) ? left : SLIDE_BLOCK;
+        slide_rows(run, slide, &rows, run->slid, run->slid + block);
+        run->slid += block;
+    }
+    return run->slid - begin;
 }
 
 void davar_python_health(const davar_python_t *run, uint32_t *counters)

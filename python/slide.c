@@ -75,6 +75,7 @@ bool slide_open(slide_t *slide, const davar_config_t *config, const quantisation
 void slide_close(slide_t *slide)
 {
     free(slide->total);
+    slide->total = NULL;
 }
 
 /* --- windows ---------------------------------------------------------------------------------- */

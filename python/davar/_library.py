@@ -44,7 +44,7 @@ SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
         (c_void_p, c_void_p, c_size_t, c_void_p, c_size_t, c_size_t, POINTER(c_size_t)),
     ),
     "flush": (c_size_t, (c_void_p, c_void_p, c_size_t, c_size_t)),
-    "slide": (c_size_t, (c_void_p, c_void_p, c_size_t, c_void_p, c_size_t)),
+    "slide": (c_size_t, (c_void_p, c_void_p, c_size_t, c_void_p, c_size_t, c_size_t)),
     "adev": (
         c_bool,
         (c_void_p, c_size_t, c_double, c_double, c_void_p, c_size_t, c_void_p, c_size_t, c_void_p),
@@ -68,7 +68,9 @@ FLUSHED = 1 << 10  # rows of a table, if the end of the record needs another one
 FILTER_SIZE = 512
 TAUS_MAX = 32
 PARTS = 64  # of a record (record.c)
-PIECE = 1 << 28  # differences in one call, a third of a second
+# Of one call, a third of a second: Ctrl-C waits for its end.
+PIECE = 1 << 28  # differences
+PUSHED = 1 << 17  # samples with a fit after each
 UINT32_MAX = 0xFFFFFFFF
 
 
@@ -182,13 +184,13 @@ class Run:
         self._calls.davar_python_gap(self._run, min(int(missing), UINT32_MAX))
 
     def push(self, values: Floats, stride: int) -> None:
-        """Adds the epochs that these admitted values complete to the waiting rows."""
+        """Adds the epochs that these admitted values complete to the waiting rows, in pieces."""
         done = 0
         while done < len(values):
-            rest, taken = values[done:], c_size_t()
-            place = self._place(len(rest) // stride + 4)
+            some, taken = values[done : done + PUSHED], c_size_t()
+            place = self._place((len(values) - done) // stride + 4)
             written = self._calls.davar_python_push(
-                self._run, rest.ctypes.data, len(rest), *place, byref(taken)
+                self._run, some.ctypes.data, len(some), *place, byref(taken)
             )
             if not written and not taken.value:
                 raise MemoryError(self.reason())
@@ -200,9 +202,9 @@ class Run:
         False: the settings do not allow it.
         """
         at, stride, _ = self._place(len(values))
-        self._used += self._calls.davar_python_slide(
-            self._run, values.ctypes.data, len(values), at, stride
-        )
+        record = values.ctypes.data, len(values)
+        while written := self._calls.davar_python_slide(self._run, *record, at, stride, PUSHED):
+            self._used += written
         return self._used > 0
 
     def flush(self) -> None:
@@ -277,7 +279,7 @@ def adev_of(
 
 
 def pieces(count: int, taus: int) -> list[slice]:
-    """Which sizes each call computes, for `count` samples. Ctrl-C waits for the end of a call."""
+    """Which sizes each call computes, for `count` samples."""
     most = max(1, PIECE // count)
     return [slice(first, first + most) for first in range(0, taus, most)]
 

@@ -180,6 +180,61 @@ def test_a_piece_has_every_size_once_and_a_bounded_number_of_differences(library
     assert all(len(one) == 1 or len(one) * count <= library.PIECE for one in pieces)
 
 
+RECORD_WAYS = {
+    "slide": {"law": "fixed"},
+    "slide without fit": {"law": "fixed", "fit_every": 0},
+    "slide, a fit in ten": {"law": "fixed", "fit_every": 10},
+    "push": {"law": "or"},
+    "push with a stride": {"law": "fixed", "stride": 7},
+    "push around a gap": {"law": "fixed", "gaps": [4321]},
+}
+
+
+@pytest.mark.parametrize("way", RECORD_WAYS)
+def test_pieces_of_a_record_give_the_same_bits(library, monkeypatch, way):
+    x = np.random.default_rng(6).normal(0.3, 0.2, 9000)
+    words = {"lsb": 0.01, "bandwidth": "none", **RECORD_WAYS[way]}
+    whole = davar.dynamic(x, 50.0, **words)
+    for samples in (1000, 2500):
+        monkeypatch.setattr(library, "PUSHED", samples)
+        pieces = davar.dynamic(x, 50.0, **words)
+        assert list(pieces) == list(whole)
+        for name in whole:
+            np.testing.assert_array_equal(pieces[name], whole[name], err_msg=name)
+
+
+class Interrupted:
+    """The calls of the library; the third of one kind gets Ctrl-C when it ends."""
+
+    def __init__(self, calls, name):
+        self.calls, self.name, self.count = calls, name, 0
+
+    def __getattr__(self, name):
+        found = getattr(self.calls, name)
+        return self.interrupt(found) if name == self.name else found
+
+    def interrupt(self, function):
+        def call(*given):
+            written = function(*given)
+            self.count += 1
+            if self.count == 3:
+                signal.raise_signal(signal.SIGINT)
+            return written
+
+        return call
+
+
+@pytest.mark.parametrize("law, name", [("fixed", "slide"), ("or", "push")])
+def test_ctrl_c_ends_a_record_after_the_present_piece(library, monkeypatch, law, name):
+    calls = Interrupted(library.library(), f"davar_python_{name}")
+    monkeypatch.setattr(library, "library", lambda: calls)
+    monkeypatch.setattr(library, "PUSHED", 1000)
+    x = np.random.default_rng(7).normal(0, 0.2, 9000)
+    with pytest.raises(KeyboardInterrupt):
+        davar.dynamic(x, 50.0, lsb=0.01, bandwidth="none", law=law)
+    assert calls.count == 3
+
+
 def test_ctrl_c_ends_it_after_the_present_piece(library, monkeypatch):
     done, piece_of = [], library.piece_of
 
