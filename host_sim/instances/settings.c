@@ -1,6 +1,8 @@
 /* davar-sim - configuration. */
 #include "instances/settings.h"
 
+#define TABLE_ROWS_PER_WINDOW 8U /* for a person to read */
+
 /* Devices compute trailing windows, and law glr has no others. */
 static bool is_centred(const options_t *options)
 {
@@ -22,7 +24,8 @@ bool settings_make(settings_t *settings, const options_t *options, sim_error_t *
     davar_config_t *const config = &settings->config;
     const bool good = setup_configure(&options->setup, config, settings->taus, error);
     if ((options->out == OUT_TABLE) && !options->setup.stride.given) {
-        config->stride = (config->window.longest >= 16U) ? config->window.longest / 8U : 1U;
+        const uint32_t stride = config->window.longest / TABLE_ROWS_PER_WINDOW;
+        config->stride = (stride > 0U) ? stride : 1U;
     }
     settings->is_centred = is_centred(options);
     config->full_scale = (options->full_scale > 0.0) ? options->full_scale : 1.0;

@@ -201,7 +201,7 @@ static const option_t REACH[] = {
 static const option_t OUTPUT[] = {
     {.help = "Output"},
     {"stride", "K", read_count, AT(setup.stride),
-     "one result every K samples (default 1; of a table,\na window in eight)"},
+     "one result every K samples (default 1; for a table,\nan eighth of the window)"},
     {"engine", "auto|grid", read_choice, AT(setup.engine),
      "algorithm for strides: equal results, different cost"},
     {"out", "csv|jsonl|table|can:IFACE|slcan:PATH", read_out, 0,
@@ -254,7 +254,8 @@ static const char BEFORE[] =
 
 static const char AFTER[] =
     "\n"
-    "If the window cannot support a value, its field is empty (null in jsonl).\n"
+    "If the window cannot support a value, its field is empty (null in jsonl; in a table, - or\n"
+    "an upper limit).\n"
     "Exit status: 0 done, 2 bad recording or option (one line on standard error).\n"
     "\n"
     "Examples\n"

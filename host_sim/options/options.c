@@ -25,7 +25,8 @@ static bool check_floor_option(const options_t *options, sim_error_t *error)
         return sim_fail(error, "--floor: cannot be used with --device");
     }
     return (dialect == NULL) || (dialect == &davar_mavlink) ||
-           sim_fail(error, "--floor: needs --out csv, jsonl, can:.., slcan:.. or mavlink:..");
+           sim_fail(error,
+                    "--floor: needs --out csv, jsonl, table, can:.., slcan:.. or mavlink:..");
 }
 
 static bool check_device(const options_t *options, sim_error_t *error)
@@ -53,6 +54,9 @@ static bool check(const options_t *options, sim_error_t *error)
     }
     if (options->floor && !check_floor_option(options, error)) {
         return false;
+    }
+    if (options->details && (options->out == OUT_TABLE)) {
+        return sim_fail(error, "--details: needs --out csv or jsonl");
     }
     return (options->setup.frames_only == NULL) || sends_frames(options) ||
            sim_fail(error, "--%s: needs --out can:IFACE or slcan:PATH", options->setup.frames_only);

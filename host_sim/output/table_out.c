@@ -10,9 +10,9 @@
 
 void table_out_header(rows_out_t *rows, bool floored)
 {
-    rows_out_put(rows, "    time  channel                 ARW  95 %               ");
+    rows_out_put(rows, "    time  channel                  ARW  95 %               ");
     rows_out_put(rows, floored ? "     floor  95 %               " : "");
-    rows_out_put(rows, "   window\n       s               deg/sqrt(h)  deg/sqrt(h)        ");
+    rows_out_put(rows, "   window\n       s                deg/sqrt(h)  deg/sqrt(h)        ");
     rows_out_put(rows, floored ? "deg/sqrt(h)  deg/sqrt(h)       " : "");
     rows_out_put(rows, "  samples\n");
 }
@@ -41,7 +41,7 @@ static const char *reason_of(davar_noise_t noise)
         [DAVAR_NOISE_UNKNOWN] = "  too few samples",
         [DAVAR_NOISE_WHITE] = "",
         [DAVAR_NOISE_MIXED] = "  not white noise alone",
-        [DAVAR_NOISE_CONSTANT] = "  no count changes",
+        [DAVAR_NOISE_CONSTANT] = "  constant, or below a count",
         [DAVAR_NOISE_COARSE] = "  hidden by counts",
         [DAVAR_NOISE_FILTERED] = "  hidden by a filter",
     };
@@ -53,7 +53,7 @@ void table_out_row(rows_out_t *rows, const char *channel, const epoch_row_t *row
     const davar_result_t *result = row->result;
     const davar_coefficient_t *walk = &result->coefficient[DAVAR_ANGLE_RANDOM_WALK];
     char text[LINE_BYTES];
-    (void)snprintf(text, sizeof text, "%8.2f  %-12.12s ", row->time_s, channel);
+    (void)snprintf(text, sizeof text, "%8.2f  %-14s", row->time_s, channel);
     rows_out_put(rows, text);
     put_estimate(rows, walk->present ? walk->value : (double)NAN, walk->low, walk->high);
     if (row->floor != NULL) {

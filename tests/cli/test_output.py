@@ -11,7 +11,17 @@ import time
 
 import numpy as np
 import pytest
-from sim_case import PROGRAM, SMALL_WINDOW, as_text, noise_rows, recording, results, sim, write
+from sim_case import (
+    PROGRAM,
+    SMALL_WINDOW,
+    as_text,
+    assert_refused,
+    noise_rows,
+    recording,
+    results,
+    sim,
+    write,
+)
 
 UNITS = {
     "arw": "deg_per_sqrt_h",
@@ -127,6 +137,7 @@ def test_a_terminal_shows_a_table_with_units_of_the_values_that_csv_has(tmp_path
             value, low, high = (f"{float(one):.4g}" for one in wanted)
             assert shown[2:6] == [value, low, "to", high]
         assert row["window_samples"] in shown[3:]
+    assert_refused(sim(*options, "--out", "table", "--details"), "--details", "csv or jsonl")
     asked = on_a_terminal(*options, "--out", "csv", "--stride", 100)
     assert asked == sim(*options, "--stride", 100).stdout
     assert sim(*options, "--out", "table").stdout.splitlines() == [head, units, *lines]
@@ -137,9 +148,14 @@ def test_the_table_says_why_a_result_has_no_angle_random_walk(tmp_path):
     rates = np.convolve(rng.normal(0, 0.3, 4019), np.ones(20) / 20, "valid")
     rows = zip((f"{i / RATE_HZ:.2f}" for i in range(4000)), map(repr, rates.tolist()))
     path = write(tmp_path / "rec.csv", as_text("time_s,gyro_x_dps", rows))
-    lines = sim(path, *LSB, "--out", "table", "--window-max", 800).stdout.splitlines()[2:]
-    assert all("hidden by a filter" in line or "< " in line or " to " in line for line in lines)
-    assert any(line.endswith("hidden by a filter") for line in lines)
+    options = (path, *LSB, "--window-max", 800, "--stride", 100)
+    lines = sim(*options, "--out", "table").stdout.splitlines()[2:]
+    rows = results(*options)
+    assert {row["filtered"] for row in rows} >= {"1"}
+    for line, row in zip(lines, rows, strict=True):
+        known = bool(row["arw_deg_per_sqrt_h"])
+        assert (" to " in line) == known
+        assert ("hidden by a filter" in line) == (row["filtered"] == "1" and not known)
 
 
 # --- pace and progress

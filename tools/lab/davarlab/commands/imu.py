@@ -83,7 +83,7 @@ def flown(recording: Recording, column: str, bandwidth: str) -> list[float]:
         rows = np.column_stack([recording.time_s, recording.columns[column]])[there]
         np.savetxt(path, rows, "%.9f", ",", header=f"time_s,{column}", comments="")
         stride = max(1, round(STRIDE_S * recording.rate_hz))
-        typed = ["--floor", "--bandwidth", bandwidth, "--stride", str(stride)]
+        typed = ["--floor", "--bandwidth", bandwidth, "--stride", str(stride), "--out", "csv"]
         try:
             done = subprocess.run(
                 [str(program), str(path), "--column", column, *typed],
