@@ -60,8 +60,8 @@ def read(path: "str | os.PathLike[str]", sensor: str | None = None) -> Recording
 
     Args:
         path: CSV, plain or gzip: optional `# key: value` lines, a header row, then numbers. PX4
-            ULog, ArduPilot DataFlash, ROS bags, MCAP, MATLAB, NumPy and Parquet need the extras lab
-            and logs (pip install "davar[lab,logs]").
+            ULog, ArduPilot DataFlash, ROS bags, MCAP and MATLAB need the extras lab and logs (pip
+            install "davar[lab,logs]"), NumPy and Parquet the extra lab.
         sensor: selects one if a log has several.
 
     Raises:

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-from davarlab.errors import BadInput
+from davarlab.errors import BadInput, of_extra
 
 from . import job as jobs
 from .store import Done
@@ -18,22 +18,25 @@ if TYPE_CHECKING:
     from distributed import Client
 
 WAIT_S = 30  # for a scheduler to answer
-# Of the allocator of a worker, in bytes. Dask's own trim threshold of 64 KiB hands the pages of
-# each array back to the system, and the next array is filled page by page again.
+# Of the allocator of a local worker, in bytes; 32 MiB are the most that glibc accepts. Dask's own
+# trim threshold of 64 KiB hands the pages of each array back to the system, and the next array is
+# filled page by page again.
+ENVIRONMENT = "distributed.nanny.pre-spawn-environ"
 ALLOCATOR = {"MALLOC_TRIM_THRESHOLD_": 1 << 29, "MALLOC_MMAP_THRESHOLD_": 1 << 25}
 
 
 @contextlib.contextmanager
 def client(address: str | None, workers: int) -> Iterator["Client"]:
     """A Dask client. Raises BadInput when no scheduler answers, or it has no workers."""
-    import dask
-    from dask import distributed
+    with of_extra("fleet"):
+        import dask
+        from dask import distributed
 
     quiet = {
         "distributed.scheduler.allowed-failures": 1,
         "distributed.comm.timeouts.connect": WAIT_S,
         "distributed.admin.log-format": "%(message)s",
-        "distributed.nanny.pre-spawn-environ": ALLOCATOR,
+        ENVIRONMENT: {**dask.config.get(ENVIRONMENT), **ALLOCATOR},
     }
     with dask.config.set(quiet), warnings.catch_warnings():
         warnings.simplefilter("ignore")

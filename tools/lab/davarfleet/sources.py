@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from davarlab.errors import BadInput
+from davarlab.errors import BadInput, of_extra
 
 Identity = list[list[int]] | dict[str, Any]  # plain values
 GLOB = set("*?[")
@@ -29,7 +29,8 @@ def remote(address: str) -> bool:
 
 def store_of(address: str) -> tuple[Any, str]:
     """(fsspec file system, path in it). Raises BadInput for a protocol that nobody serves."""
-    import fsspec  # a tenth of a second
+    with of_extra("fleet"):
+        import fsspec  # a tenth of a second
 
     try:
         found: tuple[Any, str] = fsspec.core.url_to_fs(address)

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 TRACEBACK = "DAVAR_LAB_TRACEBACK"
+OURS = ("", "davar", "davarlab", "davarfleet")
 
 
 class BadInput(Exception):
@@ -22,7 +23,7 @@ class Moving(BadInput):
 
 
 class NotInstalled(BadInput):
-    """A library of an extra of the Python distribution."""
+    """A library of an extra of the Python distribution that is not installed."""
 
 
 @contextlib.contextmanager
@@ -31,9 +32,10 @@ def of_extra(extra: str) -> Iterator[None]:
     try:
         yield
     except ModuleNotFoundError as why:
-        raise NotInstalled(
-            f'{(why.name or "").split(".")[0]} is not installed; pip install "davar[{extra}]"'
-        ) from None
+        root = (why.name or "").split(".")[0]
+        if root in OURS:
+            raise
+        raise NotInstalled(f'{root} is not installed; pip install "davar[{extra}]"') from None
 
 
 def printable(text: object) -> str:

@@ -31,12 +31,12 @@ Reader = Callable[[StrPath, Options], Log]
 Result = TypeVar("Result")
 
 
-def by(module: str, name: str) -> Reader:
-    """A reader of this room: path, Options -> a log with its sensors and read(name). Its library is
-    loaded when it is needed."""
+def by(module: str, name: str, extra: str = "logs") -> Reader:
+    """A reader of this room: path, Options -> a log with its sensors and read(name). Its library,
+    of an extra, is loaded when it is needed."""
 
     def read(path: StrPath, options: Options) -> Log:
-        with of_extra("logs"):
+        with of_extra(extra):
             room = importlib.import_module("." + module, __package__)
         log: Log = getattr(room, name)(path, options)
         return log
@@ -54,9 +54,9 @@ FORMATS = (
     (b"SQLite format 3\0", "ROS 2 db3", ROS),
     (b"\x89MCAP0\r\n", "MCAP", ROS),
     (b"MATLAB 5.0", "MATLAB 5", by("matlab", "version_5")),
-    (b"\x93NUMPY", "NumPy npy", by("arrays", "npy")),
-    (b"PK\x03\x04", "NumPy npz", by("arrays", "npz")),
-    (b"PAR1", "Parquet", by("arrays", "table")),
+    (b"\x93NUMPY", "NumPy npy", by("arrays", "npy", "lab")),
+    (b"PK\x03\x04", "NumPy npz", by("arrays", "npz", "lab")),
+    (b"PAR1", "Parquet", by("arrays", "table", "lab")),
 )
 HDF5 = b"\x89HDF\r\n\x1a\n"  # at the beginning, or behind the 512 bytes of MATLAB 7.3
 ENDINGS = {
