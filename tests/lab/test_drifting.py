@@ -143,10 +143,10 @@ def visit_by_chance(seed, _, n=20000):
     """log p of the strongest line for a while in white noise."""
     w = np.random.default_rng([3, seed]).standard_normal(n)
     _, nu, low, high = intermittent.strongest(w)
-    for _ in range(LINE.visit_rounds):
+    for _ in range(LINE.interval_rounds):
         gain, low, high = intermittent.best_interval(w, nu)
         nu = intermittent.best_frequency(w, nu, low, high)
-    return np.log(TRIES.of_visit * n * gain**2) - gain
+    return np.log(TRIES.of_interval * n * gain**2) - gain
 
 
 def multiple_by_chance(seed, _):

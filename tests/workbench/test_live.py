@@ -236,7 +236,7 @@ def test_the_screen_shows_what_the_server_has(opened, sender, tabs):
         assert page.evaluate(said, seconds) == words
     page.reload()
     expect(page.locator("#live-epoch")).to_have_text(str(last["epoch"]))
-    page.click("#deafen")
+    page.click("#stop_listening")
     expect(page.locator("#live")).to_be_hidden()
 
 
@@ -265,5 +265,5 @@ def test_a_sender_that_goes_on_is_frozen_and_stopped(opened, sender, tabs):
     expect(page.locator("#headline h1")).to_be_visible()
     page.click("#tab-live")
     expect(page.locator("#live")).to_be_visible()
-    page.click("#deafen")
+    page.click("#stop_listening")
     expect(page.locator("#live")).to_be_hidden()

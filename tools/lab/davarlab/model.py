@@ -12,6 +12,7 @@ from . import files
 from .data.recording import Recording, is_clock
 from .effects import clocks, table
 from .effects.base import Effect, Parameter, Values
+from .effects.columns import FOLLOWING
 from .effects.filters import RESPONSES, half_power_hz
 from .effects.means import TURNING, course_hz
 from .errors import BadInput, printable
@@ -306,7 +307,7 @@ def from_toml(data: dict[str, Any], path: StrPath) -> Model:
     check_lines(terms, rate, path)
     check_filters(terms, rate, path)
     for term in terms:
-        if "column" in term.parameters and term.parameters["column"] == column:
+        if term.kind in FOLLOWING and term.parameters["column"] == column:
             raise BadInput(f"{path}: {term.kind}: {column} cannot follow itself")
         if term.kind == "noise_follows":
             ends = term.parameters["origin"], term.parameters["reference"]

@@ -12,6 +12,7 @@ from .data import signals
 from .data.recording import MINIMUM_SAMPLES, Recording
 from .effects import spectra, table
 from .effects.base import needed
+from .effects.columns import FOLLOWING
 from .effects.means import TURNING
 from .errors import BadInput
 from .files import StrPath
@@ -59,8 +60,8 @@ def vibration_envelope(time: Floats, size: float, rng: np.random.Generator) -> F
 
 
 def wandering_column(name: str, time: Floats, seed: int) -> Floats:
-    """A column that only `follows` looks at, drawn apart from the others: another gyro axis that is
-    turned slowly to and fro, or a quantity about 5 that wanders by 0.1."""
+    """A column for an effect that follows one, drawn apart from the others: another gyro axis that
+    is turned slowly to and fro, or a quantity about 5 that wanders by 0.1."""
     rng = np.random.default_rng([seed, *name.encode()])
     walk = np.cumsum(rng.standard_normal(len(time)))
     walk /= max(float(np.std(walk)), 1e-12)
@@ -165,7 +166,7 @@ def make(
     for axis, gravity in zip("xyz", (0.0, 0.0, 1.0)):
         columns[f"accel_{axis}_g"] = accelerometer(time, gravity, settings, rng)
     for name in dict.fromkeys(
-        term.parameters["column"] for term in terms if term.kind == "follows"
+        term.parameters["column"] for term in terms if term.kind in FOLLOWING
     ):
         if name not in columns:
             columns[name] = wandering_column(name, time, int(settings["seed"]))

@@ -382,7 +382,7 @@ class Tries:
         "measured on 120 records of white noise with 20 000 and 120 000 samples (DESIGN 4)",
         "of a line at a multiple of a column, of multiple_highest turns per sample",
     )
-    of_visit: float = threshold(
+    of_interval: float = threshold(
         4.0,
         "tries per sample",
         "measured on 150 records of 20 000 and 60 of 100 000 samples: 1.6 and 3.4 at "
@@ -405,6 +405,9 @@ class Line:
     apart_bins: int = threshold(20, "half bins", "choice", "added to apart")
     multiple_highest: int = threshold(
         2, "times the sample rate", "choice", "frequency of a line at a multiple of a column"
+    )
+    multiple_turns: int = threshold(
+        10, "turns", "choice", "in the record, below which a multiple of a column is not tried"
     )
     multiple_moves: float = threshold(
         2.0,
@@ -441,21 +444,21 @@ class Line:
     pieces: int = threshold(
         1000, "pieces", "choice", "of the record, in which a line's phase is followed"
     )
-    visit_windows: tuple[int, ...] = threshold(
+    interval_windows: tuple[int, ...] = threshold(
         (4, 12, 36, 108, 324),
         "parts of the record",
         "DESIGN 15.2",
         "half overlapping windows of short-time spectra",
     )
-    visit_least: int = threshold(128, "samples", "choice", "of a window, and of a visit")
-    visit_marks: int = threshold(
+    interval_least: int = threshold(128, "samples", "choice", "of a window, and of a visit")
+    interval_marks: int = threshold(
         240, "marks", "DESIGN 15.2", "of the record, among which start and stop are sought first"
     )
-    visit_turns: int = threshold(8, "periods", "choice", "that an interval must hold")
-    visit_most: float = threshold(
+    interval_turns: int = threshold(8, "periods", "choice", "that an interval must hold")
+    interval_most: float = threshold(
         0.85, "of the record", "DESIGN 15.2", "from which a line is there all the time"
     )
-    visit_rounds: int = threshold(3, "rounds", "DESIGN 15.2", "of ends and frequency in turn")
+    interval_rounds: int = threshold(3, "rounds", "DESIGN 15.2", "of ends and frequency in turn")
     within_band: float = threshold(
         3.0,
         "half widths",

@@ -8,7 +8,7 @@ import numpy as np
 from ..distributions import norm_logsf
 from ..inference.parts import Part
 from ..inference.whittle import Data
-from ..thresholds import TRIES
+from ..thresholds import LINE, TRIES
 
 
 @dataclass
@@ -41,3 +41,11 @@ def log_tail_of_line(part: Part, gain: float, data: Data) -> float:
     slow = part.shape["frequency_hz"] * data.samples / data.rate_hz * np.log(data.samples)
     tries = 2 * TRIES.of_kind[part.kind] * min(slow, data.samples)
     return min(0.0, float(np.log(tries) - max(gain, 0.0)))
+
+
+def log_tail_of_multiple(part: Part, gain: float, data: Data, columns: int) -> float:
+    """Of a line at a multiple of one of so many columns, with a price for each knot of what is left
+    beside it (4)."""
+    knots = len(part.shape["apart_hz"].split())
+    tries = np.log(TRIES.of_multiple * LINE.multiple_highest * data.samples * columns)
+    return min(0.0, float(tries + knots * np.log(data.samples) - max(gain, 0.0)))

@@ -21,9 +21,9 @@ def strongest(
     hold most of the record, and outside the bands (low, high)."""
     best: tuple[float, float, int, int] = (-np.inf, 0.0, 0, 0)
     w = w.astype(np.float32, copy=False)
-    for count in LINE.visit_windows:
+    for count in LINE.interval_windows:
         length = len(w) // count
-        if length < LINE.visit_least:
+        if length < LINE.interval_least:
             break
         points = fft.next_fast_len(2 * length, real=True)
         nu, starts = (
@@ -36,7 +36,7 @@ def strongest(
             power = np.abs(fft.rfft(rows[chunk], points, axis=1))
             np.square(power, out=power)
             power /= length
-            power[:, : 2 * LINE.visit_turns] = power[:, -2:] = 0
+            power[:, : 2 * LINE.interval_turns] = power[:, -2:] = 0
             power[:, known] = 0
             row, column = np.unravel_index(np.argmax(power), power.shape)
             best = max(
@@ -59,14 +59,14 @@ def best_interval(w: Floats, nu: float) -> tuple[float, int, int]:
     first, last = np.triu_indices(len(edges), 1)
     length = edges[last] - edges[first]
     gain = np.where(
-        (length * nu >= LINE.visit_turns) & (length < LINE.visit_most * len(w)),
+        (length * nu >= LINE.interval_turns) & (length < LINE.interval_most * len(w)),
         np.abs(total[last] - total[first]) ** 2 / length,
         0,
     )
     best = int(np.argmax(gain))
     low, high = edges[first[best]], edges[last[best]]
     for _ in range(2):
-        low, high = sharpened(turned, int(low), int(high), len(w) // LINE.visit_marks)
+        low, high = sharpened(turned, int(low), int(high), len(w) // LINE.interval_marks)
     inside = turned.until(high, high) - turned.until(low, low)
     return float(np.abs(inside[0]) ** 2 / (high - low)), low, high
 
@@ -77,8 +77,8 @@ class Turned:
 
     def __init__(self, w: Floats, nu: float) -> None:
         self.w, self.nu = w, nu
-        self.edges = np.linspace(0, len(w), LINE.visit_marks + 1).astype(int)
-        sums = signals.turned_back(w, nu, LINE.visit_marks)[0]
+        self.edges = np.linspace(0, len(w), LINE.interval_marks + 1).astype(int)
+        sums = signals.turned_back(w, nu, LINE.interval_marks)[0]
         self.total: Complexes = np.concatenate([[0], np.cumsum(sums)])
 
     def until(self, first: int, last: int) -> Complexes:
@@ -93,11 +93,11 @@ class Turned:
 
 def sharpened(turned: Turned, low: int, high: int, reach: int) -> tuple[int, int]:
     """Both ends, each moved by no more than `reach`."""
-    first, last = max(0, low - reach), min(high - LINE.visit_least, low + reach)
+    first, last = max(0, low - reach), min(high - LINE.interval_least, low + reach)
     if first <= last:
         inside = turned.until(high, high) - turned.until(first, last)
         low = first + int(np.argmax(np.abs(inside) ** 2 / (high - np.arange(first, last + 1))))
-    first, last = max(low + LINE.visit_least, high - reach), min(len(turned.w), high + reach)
+    first, last = max(low + LINE.interval_least, high - reach), min(len(turned.w), high + reach)
     if first <= last:
         inside = turned.until(first, last) - turned.until(low, low)
         high = first + int(np.argmax(np.abs(inside) ** 2 / (np.arange(first, last + 1) - low)))
@@ -127,7 +127,7 @@ def search(bench: Bench, parts: Sequence[Part], fit: Fit) -> tuple[Part, float, 
             off = np.ptp(course) / 2 + LINE.beside_course * rate
             reach.append((float(course.max() + course.min()) / 2, float(off)))
     gain, nu, low, high = strongest(w, [((f - off) / rate, (f + off) / rate) for f, off in reach])
-    for _ in range(LINE.visit_rounds if gain > 0 else 0):
+    for _ in range(LINE.interval_rounds if gain > 0 else 0):
         gain, low, high = best_interval(w, nu)
         nu = best_frequency(w, nu, low, high)
     if gain <= 0 or not low < high:
@@ -148,5 +148,5 @@ def search(bench: Bench, parts: Sequence[Part], fit: Fit) -> tuple[Part, float, 
     return (
         part,
         gain,
-        min(0.0, float(np.log(TRIES.of_visit * len(w) * max(gain, 1) ** 2) - max(gain, 0))),
+        min(0.0, float(np.log(TRIES.of_interval * len(w) * max(gain, 1) ** 2) - max(gain, 0))),
     )

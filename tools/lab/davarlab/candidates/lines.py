@@ -14,14 +14,14 @@ from ..effects import columns
 from ..inference import modulation, refine
 from ..inference.parts import Bench, Part
 from ..inference.whittle import Fit
-from ..thresholds import DRIFT, LINE, TRIES
+from ..thresholds import DRIFT, LINE
 from . import drifting
-from .candidate import Candidate, log_tail_of_line
+from .candidate import Candidate, log_tail_of_line, log_tail_of_multiple
 
 
 def sharp(bench: Bench, parts: Sequence[Part], fit: Fit) -> Candidate:
     """The line, fast or slow, that chance explains least."""
-    found = [fast(bench, parts, fit), *filter(None, [slow(bench, parts, fit)])]
+    found = [one for one in (fast(bench, parts, fit), slow(bench, parts, fit)) if one]
     return min(found, key=lambda one: (one.log_p, -one.gain))
 
 
@@ -165,24 +165,27 @@ def speeds(recording: Recording) -> list[str]:
 def with_a_column(bench: Bench, parts: Sequence[Part], fit: Fit) -> Candidate | None:
     """The line at a multiple of a logged column that gains most, also of one above half the sample
     rate; None where nothing stands out."""
-    names, w = speeds(bench.recording), bench.residual(parts, fit)
+    names = speeds(bench.recording)
+    if not names:
+        return None
+    w = bench.residual(parts, fit)
     places = [one for name in names if (one := multiple_of(bench, parts, w, name))]
     if not places:
         return None
     _, name, multiple = max(places)
-    price = np.log(TRIES.of_multiple * LINE.multiple_highest * len(w) * len(names))
     plain = Part("line_follows", {"column": name, "multiple": multiple, "apart_hz": ""})
-    tried = [(plain, price)]
+    tried = [plain]
     z, time = drifting.about_turns(w, multiple * columns.turns(bench.recording, name))
     followed = drifting.followed(z, time, len(w) - 1.0)
     if followed is not None:
         words = drifting.as_words(followed[1] * bench.recording.rate_hz)
-        tried.append((plain.moved("apart_hz", words), price + np.log(len(w)) * len(followed[1])))
+        tried.append(plain.moved("apart_hz", words))
     found = []
-    for part, price in tried:
+    for part in tried:
         gain = bench.fit([*parts, part], near=fit.level).log_likelihood - fit.log_likelihood
         bench.forget(part)
-        found.append(Candidate(part.kind, part, gain, min(0.0, float(price - max(gain, 0.0)))))
+        chance = log_tail_of_multiple(part, gain, bench.data, len(names))
+        found.append(Candidate(part.kind, part, gain, chance))
     return min(found, key=lambda one: one.log_p)
 
 
@@ -198,17 +201,16 @@ def multiple_of(
     highest = LINE.multiple_highest * len(w)  # turns in the record
     points = fft.next_fast_len(8 * highest, real=True)
     place = turns * (points / (2 * turns[-1]))
-    first = place.astype(int)
-    grid = np.bincount(first, w * (first + 1 - place), points) + np.bincount(
-        first + 1, w * (place - first), points
-    )
-    power = np.abs(fft.rfft(grid.astype(np.float32))[: 2 * highest])
+    first, most = place.astype(int), points // 2 + 2  # the record fills half of the grid
+    grid = np.bincount(first, w * (first + 1 - place), most).astype(np.float32)
+    grid += np.bincount(first + 1, w * (place - first), most)
+    power = np.abs(fft.rfft(grid, points)[: 2 * highest])
     signals.forget_plans(points)
     np.square(power, out=power)
     power /= len(w)
     steady = np.linspace(0.0, turns[-1], len(turns))
     moved = float(np.ptp(turns - steady)) / turns[-1]  # of the turns in the record
-    power[: max(2 * LINE.visit_turns, int(2 * LINE.multiple_moves / max(moved, 1e-12)))] = 0
+    power[: max(2 * LINE.multiple_turns, int(2 * LINE.multiple_moves / max(moved, 1e-12)))] = 0
     for known in [one for one in parts if one.kind == "line_follows"]:
         if known.shape["column"] == name:
             at, reach = 2 * known.shape["multiple"] * turns[-1], int(2 * DRIFT.reach * len(w))

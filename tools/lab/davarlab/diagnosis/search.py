@@ -8,9 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from ..candidates import columns, doubts, filters, identifiable
+from ..candidates import columns, doubts, filters, identifiable, lines
 from ..candidates import ranking as candidates
-from ..candidates.candidate import Candidate, log_chance, log_tail_of_line
+from ..candidates.candidate import (
+    Candidate,
+    log_chance,
+    log_tail_of_line,
+    log_tail_of_multiple,
+)
 from ..candidates.identifiable import Alternative
 from ..candidates.ranking import Trying
 from ..effects import clocks, table
@@ -26,6 +31,12 @@ from .state import Judged, Progress, State
 # Of free place in time: they fit whatever the model lacks somewhere, and must lower the error by as
 # much.
 EARNING = {"noise_step", "bias_step"}
+
+# What stands beside white and slow noise in a spectrum, and the drifts that pass for slow noise.
+OF_NOISE = frozenset(
+    ("low_pass", "moving_average", "high_pass", "narrow_band", "sinusoid", "quantization")
+    + ("rate_random_walk", "gauss_markov", "rate_ramp", "warm_up", "temperature")
+)
 
 Source = tuple[str, str | None]  # kind, and the column where any may be followed
 
@@ -48,14 +59,14 @@ def ranking(
         return []
     skip = set(skip) | clocks.not_of(state.bench.gyro or "")
     skip |= set(table.TABLE) - set(only) if only else set()
-    asked = set(columns_of.SOUGHT_TOGETHER) - skip
+    sought = set(columns_of.SOUGHT_TOGETHER) - skip
     more = (
         [
             one
             for one in columns.tried(state.bench, state.parts, state.fit, state.bench.gyro)
-            if one.kind in asked
+            if one.kind in sought
         ]
-        if asked
+        if sought
         else []
     )
     found = candidates.ranked(state.bench, state.parts, state.fit, skip, more, progress)
@@ -121,14 +132,14 @@ def nothing() -> Any:
 
 
 @dataclass(frozen=True, eq=False)
-class Asked:
-    """What was asked of a state: all kinds but those skipped; and the candidates."""
+class Tried:
+    """The candidates that were tried beside a state, without the skipped kinds."""
 
     state: State
     skipped: frozenset[str]
     found: tuple[Candidate, ...]
 
-    def answers(self, state: State, skip: frozenset[str]) -> bool:
+    def covers(self, state: State, skip: frozenset[str]) -> bool:
         return self.state is state and self.skipped <= skip
 
 
@@ -149,14 +160,14 @@ class Search:
     undecided: tuple[Alternative, ...] | None = ()
     set_aside: frozenset[Source] = frozenset()  # source() of what is not what it seems
     outdone: frozenset[str] = frozenset()  # kinds that left again beside a later effect
-    asked: Asked | None = None
+    tried: Tried | None = None
     ended: str = ""  # the bound that ended it, in words; empty: nothing was left to take
 
     def ranked(self) -> tuple["Search", list[Candidate]]:
         """(the search, candidates beside its state as they are to be taken); those that are not
         what they seem are left out."""
-        asked = self.answered()
-        found = self.allowed(asked)
+        tried = self.candidates_here()
+        found = self.allowed(tried)
         found, undecided = identifiable.settled(found, self.state.bench, self.state.parts)
         first, found = found[:1], [one for one in found if source(one.part) not in self.set_aside]
         if first != found[:1]:  # what the one set aside could not be told from
@@ -165,32 +176,32 @@ class Search:
             undecided = close_ones(found)
         return replace(
             self,
-            asked=asked,
+            tried=tried,
             undecided=None if undecided is None else tuple(undecided),
             first=self.first or tuple(found),
             last=tuple(found),
         ), found
 
     def skip(self) -> frozenset[str]:
-        """Kinds that are not asked."""
+        """Kinds that are not tried."""
         columnless = {kind for kind, column in self.set_aside if column is None}
         return self.hopeless | columnless
 
-    def answered(self) -> Asked:
-        """All candidates; those beside the same state are not asked for twice because some of them
+    def candidates_here(self) -> Tried:
+        """All candidates; those beside the same state are not tried twice because some of them
         are put aside."""
         skip = self.skip()
-        if self.asked and self.asked.answers(self.state, skip):
-            return self.asked
-        return Asked(self.state, skip, tuple(ranking(self.state, skip)))
+        if self.tried and self.tried.covers(self.state, skip):
+            return self.tried
+        return Tried(self.state, skip, tuple(ranking(self.state, skip)))
 
-    def allowed(self, asked: Asked) -> list[Candidate]:
-        """Without the kinds that are not asked. One in the place of several parts is another
+    def allowed(self, tried: Tried) -> list[Candidate]:
+        """Without the kinds that are not tried. One in the place of several parts is another
         question than one beside them."""
         skip = self.skip()
-        return [one for one in asked.found if one.kind not in skip or len(one.replaces) > 1]
+        return [one for one in tried.found if one.kind not in skip or len(one.replaces) > 1]
 
-    def questioned(self, candidate: Candidate) -> tuple["Search", bool]:
+    def checked(self, candidate: Candidate) -> tuple["Search", bool]:
         """(the search, is the candidate what it seems); if not, it is put aside and why is kept."""
         part = candidate.part
         state = self.state
@@ -248,10 +259,10 @@ class Search:
         """(the search one candidate further, is anything left)."""
         way, found = self.ranked()
         if significant(found):
-            way, sound = way.questioned(found[0])
+            way, sound = way.checked(found[0])
             return (way.take(found[0]) if sound else way), True
         if way.hopeless and not way.draft:
-            # what seemed to be chance beside fewer terms is asked once more
+            # kinds that seemed to be chance beside fewer terms are tried once more
             return replace(way, hopeless=frozenset()), True
         return way, False
 
@@ -315,11 +326,12 @@ def by_chance(state: State, part: Part, rest: State) -> bool:
     if part.role not in ("spectrum", "mean") or part.form == "decoded":
         return False
     loss, kind = loss_without(state, rest.parts, part), part.kind
-    log_p = (
-        log_tail_of_line(part, loss, state.bench.data)
-        if kind in doubts.LINES
-        else log_chance(kind, loss)
-    )
+    log_p = log_chance(kind, loss)
+    if kind in doubts.LINES:
+        log_p = log_tail_of_line(part, loss, state.bench.data)
+    elif kind == "line_follows":
+        speeds = len(lines.speeds(state.bench.recording))
+        log_p = log_tail_of_multiple(part, loss, state.bench.data, speeds)
     return bool(log_p + np.log(len(table.TABLE)) > np.log(CHANCE.family_wise))
 
 
@@ -423,16 +435,9 @@ def search(
     return reached, way, useless + [one.parts[-1] for one in found[len(reached) :]]
 
 
-# What stands beside white and slow noise in a spectrum, and the drifts that pass for slow noise.
-OF_NOISE = frozenset(
-    ("low_pass", "moving_average", "high_pass", "narrow_band", "sinusoid", "quantization")
-    + ("rate_random_walk", "gauss_markov", "rate_ramp", "warm_up", "temperature")
-)
-
-
 def of_noise(state: State, model: Model, progress: Progress) -> Judged:
     """The model with what its noise needs to fit, and no more: the sizes of white and slow noise
-    are then right, and nothing else is asked."""
+    are then right, and nothing else is tried."""
     given = len(model.terms)
     rounds = 1 if state.known is None else 2
     for place in range(rounds):

@@ -22,6 +22,8 @@ SOUGHT_TOGETHER = (
     "follows",
     "noise_follows",
 )  # candidates/columns.py
+# Kinds that name the column which they follow.
+FOLLOWING = ("follows", "noise_follows", "line_follows")
 LAGS_S = (0.0, 5.0, 10.0, 20.0, 40.0, 80.0, 160.0, 320.0, 640.0)
 LAG_SHARE = 0.25  # of the record, the longest lag that it can show
 WIDTHS = (0.05, 0.1, 0.2, 0.4, 0.7)  # of the range of the temperature
@@ -126,7 +128,7 @@ def are_knots(text: str) -> bool:
 
 
 def turning_with(recording: Recording, shape: Values, turn: float = 0.0) -> Floats:
-    """A line at a multiple of a column and by `apart_hz` apart from it, where that is not 0."""
+    """A line at `multiple` times a column, plus `apart_hz`. None while the column is 0."""
     name = shape["column"]
     phase = shape["multiple"] * turns(recording, name) + turn
     if shape["apart_hz"]:
@@ -137,8 +139,13 @@ def turning_with(recording: Recording, shape: Values, turn: float = 0.0) -> Floa
 
 
 def aliases_hz(recording: Recording, shape: Values) -> Floats:
-    """Where the samples show a line at a multiple of a column."""
+    """Where the samples show a line at a multiple of a column, while there is one."""
     true = shape["multiple"] * still(recording, shape["column"])
+    if shape["apart_hz"]:
+        apart = knots(shape["apart_hz"])
+        marks = np.linspace(0, 1, len(apart))
+        true = true + np.interp(np.linspace(0, 1, len(true)), marks, apart)
+    true = true[recording.column(shape["column"]) != 0]
     found: Floats = np.abs(true - recording.rate_hz * np.round(true / recording.rate_hz))
     return found
 
@@ -317,7 +324,7 @@ NOISE_FOLLOWS = Effect(
 LINE_FOLLOWS = Effect(
     "line_follows",
     "A spectral line whose frequency is a multiple of another logged column: the speed of a rotor "
-    "or a motor.",
+    "or a motor. While the column is 0, there is none.",
     (
         Parameter("amplitude_dps", "deg/s", 0, INFINITE),
         Parameter("column", "name of a column", *ANY, form=one_name),

@@ -53,7 +53,7 @@ class Cell(Protocol):
 
 def flat(part: Part, rate_hz: float) -> bool:
     """Is a noise white at the frequencies that are read: white noise, and what may stand for it."""
-    f = np.geomspace(READING.low_hz, READING.high_hz, READING.points)
+    f = np.geomspace(READING.low_hz, min(READING.high_hz, rate_hz / 2), READING.points)
     found = unit_spectrum(part, f, rate_hz)
     return bool(found.max() < READING.flat * found.min())
 

@@ -470,6 +470,12 @@ def notes(found: Declared, model: Model, where: str, recording: str | None) -> l
         said += [f"Filter: {', then '.join(known)}."]
     if found.bandwidth == "none":
         said += ["No filter: the noise is white from the smallest cluster size listed here on."]
+    for term in model.terms:
+        if term.kind == "line_follows":
+            said += [
+                f"Without the line that follows {term.parameters['column']}: its frequency is not "
+                "known here."
+            ]
     missing = [m for m in found.octaves if m not in found.sizes]
     if missing:
         said += [

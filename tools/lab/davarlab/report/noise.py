@@ -83,8 +83,8 @@ def read_off(axis: Axis, kind: str, one: Estimate) -> Estimate:
         return Estimate(one.value)
     value, low, high = axis.reading
     assert low is not None and high is not None
-    inside = low <= one.number <= high and one.number
-    return Estimate(one.number if inside else value, low, high)
+    holds = one.number > 0 and low <= one.number <= high
+    return Estimate(one.number if holds else value, low, high)
 
 
 def noises(axis: Axis, bias_time_s: float) -> tuple[Noise, Noise, Noise]:
@@ -209,9 +209,8 @@ def aligned(head: Sequence[Parameter], values: Mapping[str, Sequence[Value]]) ->
 
 def counts(recording: Recording) -> list[str]:
     """The gyros that nobody has given a unit."""
-    ends = ("gyro_", "_counts")
     return [
-        name for name in recording.columns if name.startswith(ends[0]) and name.endswith(ends[1])
+        name for name in recording.columns if name.startswith("gyro_") and name.endswith("_counts")
     ]
 
 

@@ -4,7 +4,15 @@ is checked in one place."""
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import (
+    AfterValidator,
+    AliasChoices,
+    BaseModel,
+    ConfigDict,
+    Field,
+    TypeAdapter,
+    ValidationError,
+)
 
 from ..errors import BadInput
 
@@ -246,7 +254,7 @@ REQUESTS: dict[str, type[Given]] = {
     "go": Go,
     "let_go": Nothing,
     "listen": Listen,
-    "deafen": Nothing,
+    "stop_listening": Nothing,
     "freeze": Freeze,
     "kalibr": Kalibr,
     "close": Nothing,
@@ -311,12 +319,12 @@ class Log(Given):
     skip: Place = 0
 
 
-class Session(Given):
+class SessionFile(Given):
     version: Literal[1]
     sha256: str
     log: Log | None
     held_out: FilePath | None = None
-    selection: str
+    selection: str = Field(validation_alias=AliasChoices("selection", "sight"))
     trees: dict[str, Tree]
 
 
@@ -348,10 +356,10 @@ def request(
     return found.model_dump(exclude_unset=True)
 
 
-def session(data: bytes) -> Session:
-    """The Session in the bytes of its file. Raises ValueError, of which said() is the reason."""
+def session(data: bytes) -> SessionFile:
+    """The file in these bytes. Raises ValueError, of which said() is the reason."""
     try:
-        return Session.model_validate_json(data)
+        return SessionFile.model_validate_json(data)
     except ValidationError as why:
         raise ValueError(said(why)) from None
 

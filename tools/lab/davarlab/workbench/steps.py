@@ -118,8 +118,8 @@ class Steps:
 
     @classmethod
     def beside(cls, recording_path: str | Path, sensor: str | None = None) -> "Steps":
-        """Those of an earlier session to this sensor of it; empty without one. Raises BadInput when
-        the file is not what this program wrote."""
+        """Those of an earlier session with this sensor of it; empty without one. Raises BadInput
+        when the file is not what this program wrote."""
         found = cls(recording_path, sensor)
         found.written = found.there()
         if found.written is not None:
@@ -160,7 +160,7 @@ class Steps:
             )
         return files.read_whole(self.path)
 
-    def take(self, data: schema.Session) -> None:
+    def take(self, data: schema.SessionFile) -> None:
         """What save() wrote, as a schema.Session. Raises BadInput and ValueError for anything
         else."""
         self.log = cast(Log, data.log.model_dump()) if data.log else None

@@ -115,7 +115,7 @@ class Intake:
     def begin(
         self, path: str | Path, steps: Steps, recording: Recording, model: str | None = None
     ) -> Json:
-        """Puts a recording that is open and goes on where the last session to it ended; `model`: a
+        """Opens a recording and goes on where the last session with it ended; `model`: a
         model file to look at."""
         columns = axes.of_page(recording)
         if not columns:

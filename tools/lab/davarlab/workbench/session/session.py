@@ -61,7 +61,7 @@ CALLS = {
     "go": (ACTION, "stepping.go"),
     "let_go": (ACTION, "hold.let_go"),
     "listen": (ACTION, "listen"),
-    "deafen": (ACTION, "deafen"),
+    "stop_listening": (ACTION, "stop_listening"),
     "kalibr": (ACTION, "details.kalibr"),
     "close": (ACTION, "close"),
     "own": (INSPECTION, "own.start"),
@@ -171,7 +171,7 @@ class Session(Standing):
         self.listener.listen(source)
         return self.changed()
 
-    def deafen(self) -> Json:
+    def stop_listening(self) -> Json:
         """Nothing is listened to any more; what came is in the file."""
         self.listener.quiet()
         return self.changed()

@@ -146,4 +146,4 @@ function surface(shown, one) {
 at("live-channel").onchange = draw;
 at("freeze").onclick = () => { frozen = !frozen; draw(); };
 at("diagnose").onclick = () => change("Reading the samples so far", "freeze", { channel: Number(at("live-channel").value) });
-at("deafen").onclick = () => change("", "deafen");
+at("stop_listening").onclick = () => change("", "stop_listening");
