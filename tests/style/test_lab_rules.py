@@ -17,8 +17,9 @@ FLEET = LAB.with_name("davarfleet")
 # From the data to the page; a module may import from its own room and from those before it.
 ROOMS = re.findall(
     r"\w+",
-    """errors arrays distributions places arithmetic thresholds files tables data logs effects model
-    simulate kalibr inference axes candidates diagnosis report wire workbench commands cli""",
+    """errors arrays constants distributions places arithmetic thresholds files tables data logs
+    effects model simulate kalibr inference axes candidates diagnosis report wire workbench
+    commands cli""",
 )
 FILES_MAX = 12
 # What they hold is frozen.

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from .arrays import Floats
+from .constants import GRAVITY_MPS2, UG_PER_MPS2
 from .data import recording as recordings
 from .data.recording import Recording, is_clock
 from .effects import clocks, table
@@ -23,18 +24,18 @@ from .errors import BadInput
 from .inference.estimate import Estimate, as_shown
 from .model import Model, as_said, is_accel, kind_said
 
-TO_MPS2 = {"g": 9.80665, "mg": 9.80665e-3, "m_s2": 1.0, "mps2": 1.0}
+TO_MPS2 = {"g": GRAVITY_MPS2, "mg": 1e-3 * GRAVITY_MPS2, "m_s2": 1.0, "mps2": 1.0}
 # Around a word that is not in the name of a file.
 FILE_BEGINS, FILE_ENDS = r"(?<![\w./-])", r"(?![\w-]*[./]\w)"
 GYRO = re.compile(rf"{FILE_BEGINS}gyro{FILE_ENDS}")
 DPS = re.compile(rf"_dps{FILE_ENDS}")
 SHOWN = {
     "deg": ("m/s", 1.0),
-    "deg/h": ("ug", 1e6 / 9.80665 / 3600),
-    "deg/h/sqrt(h)": ("ug/sqrt(h)", 1e6 / 9.80665 / 3600),
+    "deg/h": ("ug", UG_PER_MPS2 / 3600),
+    "deg/h/sqrt(h)": ("ug/sqrt(h)", UG_PER_MPS2 / 3600),
     "deg/s": ("m/s^2", 1.0),
     "deg/sqrt(h)": ("m/s/sqrt(h)", 1.0),
-    "deg/h^2": ("ug/h", 1e6 / 9.80665 / 3600),
+    "deg/h^2": ("ug/h", UG_PER_MPS2 / 3600),
 }  # unit of a gyro's parameter: of an accelerometer's, factor
 
 

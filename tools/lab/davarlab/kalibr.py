@@ -10,6 +10,7 @@ from typing import Any
 import yaml
 
 from . import files
+from .constants import DEG_PER_RAD
 from .effects import sheets, table
 from .errors import BadInput
 from .files import StrPath
@@ -125,7 +126,7 @@ def sizes(text: str, where: StrPath, kinds: Mapping[str, str] = KINDS) -> dict[s
             continue
         found[kind] = (
             number(value, f"{where}: {key}")
-            * (1 if kinds is ACCEL_KINDS else sheets.RAD)
+            * (1 if kinds is ACCEL_KINDS else DEG_PER_RAD)
             / table.find(kind).size.scale
         )
     if not found:

@@ -1,16 +1,14 @@
 """Units as data sheets print them: deg/sqrt(hr), °/√h, mdps/√Hz, °/sec/√Hz rms. They determine
 which effect a number is the size of."""
 
-import math
 import re
 import unicodedata
 from fractions import Fraction
 from typing import NamedTuple
 
+from ..constants import DEG_PER_RAD, GRAVITY_MPS2
 from ..errors import BadInput
 
-RAD = 180 / math.pi
-G = 9.80665
 LONGEST = 60  # characters of a unit: degrees per second per square root of hertz has 43
 POWER = r"-?\d(?:\.\d+|/[1-9])?"
 ROOT = r"(?<![a-z])(?:sqrt|(?:square[\s-]*)?root(?:\s+of\b)?|rt)[\s-]*"
@@ -41,10 +39,10 @@ class Unit(NamedTuple):
 
 QUANTITIES = {
     **dict.fromkeys(("deg", "degs", "degree", "degrees", "°"), Unit(1.0, deg=ONE)),
-    **dict.fromkeys(("rad", "rads", "radian", "radians"), Unit(RAD, deg=ONE)),
+    **dict.fromkeys(("rad", "rads", "radian", "radians"), Unit(DEG_PER_RAD, deg=ONE)),
     "dps": Unit(1.0, deg=ONE, s=-ONE),
     **dict.fromkeys(("m", "metre", "metres", "meter", "meters"), Unit(1.0, m=ONE)),
-    "g": Unit(G, m=ONE, s=-2 * ONE),
+    "g": Unit(GRAVITY_MPS2, m=ONE, s=-2 * ONE),
 }
 PREFIXES = {"m": 1e-3, "u": 1e-6, "μ": 1e-6}
 PER = {

@@ -1,7 +1,6 @@
 """The noise of the axes of a log as imu prints it: one table in the units of a program, and why a
 value at rest may fail in use."""
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -10,6 +9,7 @@ import numpy as np
 
 from .. import axes
 from .. import model as models
+from ..constants import DEG_PER_RAD, UG_PER_MPS2
 from ..data import signals
 from ..data.recording import Recording
 from ..diagnosis.improve import Estimates
@@ -20,21 +20,22 @@ from . import parameters
 from .parameters import Noise, Parameter
 
 DEFAULT = "kalibr"  # whose names the table has unless another program is named
-RAD = 180 / math.pi
 WALK = "rate_random_walk"
 SLOW_HZ = 10.0  # below which a log usually holds picks
 FAMILIAR = {
     "gyro": (
-        Parameter("ARW", "gyro", "deg/sqrt(h)", "", lambda noise: 60 * RAD * noise.white),
+        Parameter("ARW", "gyro", "deg/sqrt(h)", "", lambda noise: 60 * DEG_PER_RAD * noise.white),
         Parameter(
-            "bias instability", "gyro", "deg/h", "", lambda noise: 3600 * RAD * noise.flicker
+            "bias instability",
+            "gyro",
+            "deg/h",
+            "",
+            lambda noise: 3600 * DEG_PER_RAD * noise.flicker,
         ),
     ),
     "accel": (
         Parameter("VRW", "accel", "m/s/sqrt(h)", "", lambda noise: 60 * noise.white),
-        Parameter(
-            "bias instability", "accel", "ug", "", lambda noise: 1e6 / 9.80665 * noise.flicker
-        ),
+        Parameter("bias instability", "accel", "ug", "", lambda noise: UG_PER_MPS2 * noise.flicker),
     ),
 }
 Value = tuple[float, float | None, float | None]  # with its 95 % interval, where it has one

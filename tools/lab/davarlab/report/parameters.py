@@ -6,6 +6,7 @@ import textwrap
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
+from ..constants import DEG_PER_RAD
 from ..effects import table
 from ..errors import BadInput
 from ..model import Model, rate_of
@@ -79,7 +80,7 @@ def noise_of(model: Model, where: str, bias_time_s: float) -> Noise:
             "(gyro_x_dps .. accel_z_g)"
         )
     rate_hz = rate_of(model, where)
-    scale = math.pi / 180 if words[0] == "gyro" else 1.0
+    scale = 1 / DEG_PER_RAD if words[0] == "gyro" else 1.0
     white, flicker, walk = (
         scale * sized(model, kind)
         for kind in ("angle_random_walk", "bias_instability", "rate_random_walk")

@@ -10,11 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arrays import Floats
+from ..constants import DEG_PER_RAD, GRAVITY_MPS2
 from ..files import StrPath
 
 SECONDS = {"s": 1.0, "ms": 1e-3, "0.1ms": 1e-4, "10us": 1e-5, "us": 1e-6, "100ns": 1e-7, "ns": 1e-9}
-RATES = {"deg/s": 1.0, "mdeg/s": 1e-3, "rad/s": 180 / np.pi}
-FORCES = {"g": 1.0, "mg": 1e-3, "m/s^2": 1 / 9.80665}
+RATES = {"deg/s": 1.0, "mdeg/s": 1e-3, "rad/s": DEG_PER_RAD}
+FORCES = {"g": 1.0, "mg": 1e-3, "m/s^2": 1 / GRAVITY_MPS2}
 DEGREES = {"degC": 1.0, "0.01 degC": 0.01}
 UNITS = {
     "time": SECONDS,

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arrays import Floats
+from ..constants import DEG_PER_RAD
 from .guess import FORCES, RATES, Guess, of_column, scatter_of, whole
 
 # Scatter of a rate from sample to sample, outside of which it alone decides the unit where there is
@@ -166,7 +167,7 @@ def by_gravity(
     if both**2 < GRAVITY_AGREES * sizes[0] * sizes[1]:
         return "", ""
     slope = abs(both) / sizes[0]
-    for unit, factor in (("rad/s", 1.0), ("deg/s", np.pi / 180)):
+    for unit, factor in (("rad/s", 1.0), ("deg/s", 1 / DEG_PER_RAD)):
         if 0.5 < slope / factor < 2:
             return unit, f"gravity, which turns as it says (slope {slope / factor:.2f})"
     return "", ""
