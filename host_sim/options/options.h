@@ -21,7 +21,7 @@ typedef enum {
     OUT_CSV = 0,
     OUT_JSONL,
     OUT_TABLE, /* for people */
-    OUT_LINK, /* can:, slcan: or a dialect */
+    OUT_LINK,  /* can:, slcan: or a dialect */
 } out_t;
 
 typedef enum {

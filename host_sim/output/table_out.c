@@ -57,7 +57,8 @@ void table_out_row(rows_out_t *rows, const char *channel, const epoch_row_t *row
     rows_out_put(rows, text);
     put_estimate(rows, walk->present ? walk->value : (double)NAN, walk->low, walk->high);
     if (row->floor != NULL) {
-        put_estimate(rows, row->floor->value, row->floor->low, row->floor->high);
+        put_estimate(rows, (double)row->floor->value, (double)row->floor->low,
+                     (double)row->floor->high);
     }
     (void)snprintf(text, sizeof text, "%7" PRIu32, result->window_samples);
     rows_out_put(rows, text);

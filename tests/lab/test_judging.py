@@ -287,13 +287,6 @@ def rest_of(state, parts):
     return made
 
 
-@pytest.mark.parametrize("after, lower", [(0.0899, True), (0.0901, False), (0.1, False)])
-def test_an_error_is_lower_if_it_falls_by_more_than_the_slack(errors, after, lower):
-    errors |= {1: 0.1, 2: after}
-    way = search.Search(Stand("a"), Stand("a"), 1)
-    assert way.lower(Stand("ab")) is lower
-
-
 @pytest.mark.parametrize("earns", [False, True])
 @pytest.mark.parametrize("off", [-0.0101, -0.0099, 0.0, 0.0099, 0.0101])
 def test_a_part_stays_if_it_raises_the_error_by_the_slack_at_most(errors, monkeypatch, off, earns):
@@ -391,13 +384,6 @@ def test_a_term_that_a_later_one_made_needless_goes(errors, monkeypatch, loss, g
     assert "".join(part.kind for part in left.parts) == ("ac" if goes else "abc")
 
 
-@pytest.mark.parametrize("gain, later", [(9.9, True), (10.1, False)])
-def test_a_line_for_a_while_waits_for_what_gains_twice_as_much(gain, later):
-    taken = SimpleNamespace(kind="sinusoid", gain=20.0)
-    assert search.waits(SimpleNamespace(kind="intermittent_line", gain=gain), taken) is later
-    assert not search.waits(SimpleNamespace(kind="warm_up", gain=gain), taken)
-
-
 @pytest.mark.parametrize("error, worse", [(0.0374, False), (0.0376, True), (0.031, False)])
 def test_a_held_out_error_is_worse_above_the_floor_of_a_true_model(error, worse):
     before, after = (
@@ -480,7 +466,7 @@ def test_a_crowded_spectrum_is_searched_within_the_bounds(start):
     _, steps, fits, transforms = forward(start)
     assert steps <= SEARCH.steps_most
     assert fits < SEARCH.fits_most
-    assert transforms < 1000
+    assert transforms < 1100
 
 
 @pytest.mark.slow

@@ -181,10 +181,11 @@ def test_a_piece_has_every_size_once_and_a_bounded_number_of_differences(library
 
 
 RECORD_WAYS = {
-    "slide": {"law": "fixed"},
-    "slide without fit": {"law": "fixed", "fit_every": 0},
-    "slide, a fit in ten": {"law": "fixed", "fit_every": 10},
+    "slide": {"law": "fixed", "segment": 0},
+    "slide without fit": {"law": "fixed", "segment": 0, "fit_every": 0},
+    "slide, a fit in ten": {"law": "fixed", "segment": 0, "fit_every": 10},
     "push": {"law": "or"},
+    "push of a fixed window": {"law": "fixed"},
     "push with a stride": {"law": "fixed", "stride": 7},
     "push around a gap": {"law": "fixed", "gaps": [4321]},
 }
@@ -224,14 +225,15 @@ class Interrupted:
         return call
 
 
-@pytest.mark.parametrize("law, name", [("fixed", "slide"), ("or", "push")])
-def test_ctrl_c_ends_a_record_after_the_present_piece(library, monkeypatch, law, name):
+@pytest.mark.parametrize("way", ["slide", "slide without fit", "push"])
+def test_ctrl_c_ends_a_record_after_the_present_piece(library, monkeypatch, way):
+    name = way.partition(" ")[0]
     calls = Interrupted(library.library(), f"davar_python_{name}")
     monkeypatch.setattr(library, "library", lambda: calls)
     monkeypatch.setattr(library, "PUSHED", 1000)
     x = np.random.default_rng(7).normal(0, 0.2, 9000)
     with pytest.raises(KeyboardInterrupt):
-        davar.dynamic(x, 50.0, lsb=0.01, bandwidth="none", law=law)
+        davar.dynamic(x, 50.0, lsb=0.01, bandwidth="none", **RECORD_WAYS[way])
     assert calls.count == 3
 
 

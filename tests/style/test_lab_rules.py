@@ -17,7 +17,7 @@ FLEET = LAB.with_name("davarfleet")
 # From the data to the page; a module may import from its own room and from those before it.
 ROOMS = re.findall(
     r"\w+",
-    """errors arrays constants distributions places arithmetic thresholds files tables data logs
+    """errors arrays distributions places arithmetic thresholds files tables data logs
     effects model simulate kalibr inference axes candidates diagnosis report wire workbench
     commands cli""",
 )

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from .arrays import Floats
-from .constants import GRAVITY_MPS2, UG_PER_MPS2
 from .data import recording as recordings
 from .data.recording import Recording, is_clock
 from .effects import clocks, table
@@ -23,6 +22,7 @@ from .effects.base import Parameter
 from .errors import BadInput
 from .inference.estimate import Estimate, as_shown
 from .model import Model, as_said, is_accel, kind_said
+from .tables.constants import GRAVITY_MPS2, UG_PER_MPS2
 
 TO_MPS2 = {"g": GRAVITY_MPS2, "mg": 1e-3 * GRAVITY_MPS2, "m_s2": 1.0, "mps2": 1.0}
 # Around a word that is not in the name of a file.

@@ -10,11 +10,11 @@ from typing import Any
 import yaml
 
 from . import files
-from .constants import DEG_PER_RAD
 from .effects import sheets, table
 from .errors import BadInput
 from .files import StrPath
 from .model import Model, Term
+from .tables.constants import DEG_PER_RAD
 
 KINDS = {
     "gyroscope_noise_density": "angle_random_walk",

@@ -6,8 +6,8 @@ import unicodedata
 from fractions import Fraction
 from typing import NamedTuple
 
-from ..constants import DEG_PER_RAD, GRAVITY_MPS2
 from ..errors import BadInput
+from ..tables.constants import DEG_PER_RAD, GRAVITY_MPS2
 
 LONGEST = 60  # characters of a unit: degrees per second per square root of hertz has 43
 POWER = r"-?\d(?:\.\d+|/[1-9])?"

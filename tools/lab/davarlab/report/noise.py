@@ -9,13 +9,13 @@ import numpy as np
 
 from .. import axes
 from .. import model as models
-from ..constants import DEG_PER_RAD, UG_PER_MPS2
 from ..data import signals
 from ..data.recording import Recording
 from ..diagnosis.improve import Estimates
 from ..effects import table
 from ..inference.estimate import Estimate
 from ..model import Model
+from ..tables.constants import DEG_PER_RAD, UG_PER_MPS2
 from . import parameters
 from .parameters import Noise, Parameter
 

@@ -6,10 +6,10 @@ import textwrap
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
-from ..constants import DEG_PER_RAD
 from ..effects import table
 from ..errors import BadInput
 from ..model import Model, rate_of
+from ..tables.constants import DEG_PER_RAD
 
 FLAT = math.sqrt(
     2 * math.log(2) / math.pi

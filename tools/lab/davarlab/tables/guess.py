@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arrays import Floats
-from ..constants import DEG_PER_RAD, GRAVITY_MPS2
 from ..files import StrPath
+from .constants import DEG_PER_RAD, GRAVITY_MPS2
 
 SECONDS = {"s": 1.0, "ms": 1e-3, "0.1ms": 1e-4, "10us": 1e-5, "us": 1e-6, "100ns": 1e-7, "ns": 1e-9}
 RATES = {"deg/s": 1.0, "mdeg/s": 1e-3, "rad/s": DEG_PER_RAD}

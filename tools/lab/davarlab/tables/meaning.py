@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arrays import Floats
-from ..constants import DEG_PER_RAD
+from .constants import DEG_PER_RAD
 from .guess import FORCES, RATES, Guess, of_column, scatter_of, whole
 
 # Scatter of a rate from sample to sample, outside of which it alone decides the unit where there is
