@@ -69,15 +69,18 @@ def test_a_model_with_a_course_is_simulated_found_and_explains(lab):
     assert run("compare", recording, "-m", lab.work / better).returncode == 0
 
 
-def with_a_rotor(seed, amplitude, multiple=1 / 60, logged=lambda rpm, rng: rpm, seconds=600):
-    """A line at a multiple of a speed that wanders by half, and the speed as it is logged."""
+def with_a_rotor(
+    seed, amplitude, multiple=1 / 60, logged=lambda rpm, rng: rpm, seconds=600, stops_s=600
+):
+    """A line at a multiple of a speed that wanders by half, and the speed as it is logged; both are
+    0 when it has stopped.
+    """
     rng, count = np.random.default_rng([seed, 31]), int(RATE * seconds)
     marks = np.linspace(0, count, seconds // 30)
     rpm = interpolate.CubicSpline(marks, rng.uniform(1500, 2300, len(marks)))(np.arange(count))
-    turns = multiple * np.cumsum(rpm) / RATE
-    made = lab_bench.of_gyro(
-        0.03 * rng.standard_normal(count) + amplitude * np.sin(2 * np.pi * turns + 1), RATE
-    )
+    turns, on = multiple * np.cumsum(rpm) / RATE, np.arange(count) < stops_s * RATE
+    line = amplitude * np.sin(2 * np.pi * turns + 1) * on
+    made, rpm = lab_bench.of_gyro(0.03 * rng.standard_normal(count) + line, RATE), rpm * on
     made.columns["rpm"] = logged(rpm, rng)
     made.columns["supply_V"] = 5 - np.linspace(0, 0.1, count) + 0.002 * rng.standard_normal(count)
     made.columns["load"] = 0.05 * np.cumsum(rng.standard_normal(count))
@@ -90,6 +93,11 @@ ROTORS = {
     "a noisy speed": {
         "amplitude": 0.02,
         "logged": lambda rpm, rng: rpm + 20 * rng.standard_normal(len(rpm)),
+    },
+    "a rotor that stops": {
+        "amplitude": 0.02,
+        "logged": lambda rpm, rng: np.clip(rpm + 20 * rng.standard_normal(len(rpm)), 0, None),
+        "stops_s": 350,
     },
     "a speed ten times slower": {
         "amplitude": 0.02,

@@ -195,7 +195,9 @@ def multiple_of(
     """(power, column, multiple) of the strongest line at a multiple of one column, where the column
     moves enough that the line is no steady one. The transform over the turns of the column: each
     sample is spread over the two places of an even grid that it lies between."""
-    turns = np.abs(columns.turns(bench.recording, name))
+    turns = columns.turns(bench.recording, name)
+    # Without its own noise, a column may pass 0 by a little.
+    turns = np.clip(np.sign(turns[-1]) * turns, 0, abs(turns[-1]))
     if turns[-1] <= 0:
         return None
     highest = LINE.multiple_highest * len(w)  # turns in the record

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 import scipy
 
-from ..arrays import Floats
+from ..arrays import Bools, Floats
 from ..data import signals
 from ..data.recording import Recording
 from . import limits
@@ -31,6 +31,7 @@ REFERENCE_DEGC = 25.0
 LAG = Parameter("lag_s", "s", 0, 1e6, default=0.0, optional=True)
 # Columns of which other effects know more; time is no cause.
 NOT_FOLLOWED = ("time", "temp_degC", "accel_")
+STOPPED = 0.01  # of its largest magnitude, below which a speed is none
 CLOCKLIKE = 1e-6  # of its range, that a column may depart from a straight line to count as a clock
 
 
@@ -128,13 +129,20 @@ def are_knots(text: str) -> bool:
 
 
 def turning_with(recording: Recording, shape: Values, turn: float = 0.0) -> Floats:
-    """A line at `multiple` times a column, plus `apart_hz`. None while the column is 0."""
+    """A line at `multiple` times a column, plus `apart_hz`. None while it has stopped."""
     name = shape["column"]
     phase = shape["multiple"] * turns(recording, name) + turn
     if shape["apart_hz"]:
         time = recording.time_s
         phase += turns_of(knots(shape["apart_hz"]), time, time[-1])
-    found: Floats = np.sin(2 * np.pi * phase) * (recording.column(name) != 0)
+    found: Floats = np.sin(2 * np.pi * phase) * running(recording, name)
+    return found
+
+
+def running(recording: Recording, name: str) -> Bools:
+    """Where a column is above STOPPED of its largest magnitude."""
+    size = np.abs(still(recording, name))
+    found: Bools = size > STOPPED * size.max()
     return found
 
 
@@ -145,7 +153,7 @@ def aliases_hz(recording: Recording, shape: Values) -> Floats:
         apart = knots(shape["apart_hz"])
         marks = np.linspace(0, 1, len(apart))
         true = true + np.interp(np.linspace(0, 1, len(true)), marks, apart)
-    true = true[recording.column(shape["column"]) != 0]
+    true = true[running(recording, shape["column"])]
     found: Floats = np.abs(true - recording.rate_hz * np.round(true / recording.rate_hz))
     return found
 
@@ -324,7 +332,7 @@ NOISE_FOLLOWS = Effect(
 LINE_FOLLOWS = Effect(
     "line_follows",
     "A spectral line whose frequency is a multiple of another logged column: the speed of a rotor "
-    "or a motor. While the column is 0, there is none.",
+    "or a motor. Below 1 % of the largest value of the column, there is none.",
     (
         Parameter("amplitude_dps", "deg/s", 0, INFINITE),
         Parameter("column", "name of a column", *ANY, form=one_name),
