@@ -120,11 +120,13 @@ def test_a_line_that_turns_with_a_column_is_named_with_its_multiple(name):
     assert again[0].judgement.adequate  # the model file says all of it
 
 
-def test_a_steady_line_turns_with_no_column():
+@pytest.mark.parametrize("moves_hz, kind", [(0.0, "sinusoid"), (0.8, "drifting_line")])
+def test_a_line_of_its_own_turns_with_no_column(moves_hz, kind):
     made = with_a_rotor(5, 0.0)
-    made.columns["gyro_z_dps"] += 0.02 * np.sin(2 * np.pi * 31.3 * made.time_s)
+    hz = 31.3 + moves_hz * np.sin(2 * np.pi * made.time_s / 400)
+    made.columns["gyro_z_dps"] += 0.02 * np.sin(2 * np.pi * np.cumsum(hz) / RATE)
     found = improve.improve(made, model.first(RATE, "gyro_z_dps"))
-    assert found.added == ["sinusoid"]
+    assert found.added == [kind]
 
 
 def test_the_score_of_a_step_by_least_squares():

@@ -409,6 +409,12 @@ class Line:
     multiple_turns: int = threshold(
         10, "turns", "choice", "in the record, below which a multiple of a column is not tried"
     )
+    multiple_apart: float = threshold(
+        0.25,
+        "of the range of its frequency",
+        "choice",
+        "by which such a line may move apart from the column",
+    )
     multiple_moves: float = threshold(
         2.0,
         "turns",

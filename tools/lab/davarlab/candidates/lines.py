@@ -178,8 +178,10 @@ def with_a_column(bench: Bench, parts: Sequence[Part], fit: Fit) -> Candidate | 
     z, time = drifting.about_turns(w, multiple * columns.turns(bench.recording, name))
     followed = drifting.followed(z, time, len(w) - 1.0)
     if followed is not None:
-        words = drifting.as_words(followed[1] * bench.recording.rate_hz)
-        tried.append(plain.moved("apart_hz", words))
+        apart = followed[1] * bench.recording.rate_hz
+        moves = multiple * np.ptp(columns.still(bench.recording, name))
+        if np.ptp(apart) < LINE.multiple_apart * moves:  # otherwise it drifts on its own
+            tried.append(plain.moved("apart_hz", drifting.as_words(apart)))
     found = []
     for part in tried:
         gain = bench.fit([*parts, part], near=fit.level).log_likelihood - fit.log_likelihood
