@@ -75,7 +75,7 @@ UINT32_MAX = 0xFFFFFFFF
 
 
 @cache
-def library() -> ctypes.CDLL:
+def calls() -> ctypes.CDLL:
     """Loads the library from this folder, or from DAVAR_LIBRARY. Raises ImportError."""
     path = os.environ.get("DAVAR_LIBRARY") or next(
         map(str, Path(__file__).parent.glob("libdavar_python.*")), ""
@@ -110,7 +110,7 @@ class Run:
     """
 
     def __init__(self, options: dict[str, str], taus: str = "taus") -> None:
-        self._calls, self._taus = library(), taus
+        self._calls, self._taus = calls(), taus
         self._run = self._calls.davar_python_new()
         if not self._run:
             raise MemoryError
@@ -250,7 +250,7 @@ class Run:
 def torn_of(counts: Floats, ends: npt.NDArray[np.uintp]) -> npt.NDArray[np.bool_]:
     """Which of these admitted counts are torn register reads. ends: of the runs without a gap."""
     torn = np.zeros(len(counts), np.bool_)
-    library().davar_python_torn(counts.ctypes.data, len(counts), ends.ctypes.data, torn.ctypes.data)
+    calls().davar_python_torn(counts.ctypes.data, len(counts), ends.ctypes.data, torn.ctypes.data)
     return torn
 
 
@@ -259,7 +259,7 @@ def taus_of(window: int, wanted: int) -> npt.NDArray[np.uint32]:
     log scale.
     """
     found = np.zeros(TAUS_MAX, np.uint32)
-    return found[: library().davar_python_taus(window, wanted, found.ctypes.data)]
+    return found[: calls().davar_python_taus(window, wanted, found.ctypes.data)]
 
 
 def adev_of(
@@ -293,7 +293,7 @@ def piece_of(
 ) -> Floats:
     """The columns of adev_of for some sizes. No other size has an effect on them."""
     rows = np.zeros((2 + 2 * PARTS, len(m)))
-    if not library().davar_python_adev(
+    if not calls().davar_python_adev(
         values.ctypes.data,
         len(values),
         centre,
@@ -317,7 +317,7 @@ def limits_of(
     limits = np.empty((2, len(m)))
     for some in parts(m):
         sizes, these, found = m[some], np.ascontiguousarray(rows[:, some]), np.empty((2, len(some)))
-        if not library().davar_python_intervals(
+        if not calls().davar_python_intervals(
             sizes.ctypes.data,
             these.ctypes.data,
             len(some),

@@ -99,6 +99,11 @@ ROTORS = {
         "logged": lambda rpm, rng: np.clip(rpm + 20 * rng.standard_normal(len(rpm)), 0, None),
         "stops_s": 350,
     },
+    "huge numbers below 0": {
+        "amplitude": 0.02,
+        "logged": lambda rpm, rng: -1e12 * rpm,
+        "named": 1 / 60e12,
+    },
     "a speed ten times slower": {
         "amplitude": 0.02,
         "logged": lambda rpm, rng: np.repeat(rpm[::10], 10),
@@ -108,15 +113,16 @@ ROTORS = {
 
 @pytest.mark.parametrize("name", ROTORS)
 def test_a_line_that_turns_with_a_column_is_named_with_its_multiple(name):
-    row = ROTORS[name]
+    row = dict(ROTORS[name])
+    named = row.pop("named", row.get("multiple", 1 / 60))
     made = with_a_rotor(4, **row)
     found = improve.improve(made, model.first(RATE, "gyro_z_dps"))
     assert (found.added, found.judgement.adequate) == (["line_follows"], True)
     entry = found.estimates[-1]
     assert entry["column"].value == "rpm"
-    assert entry["multiple"].value == pytest.approx(row.get("multiple", 1 / 60), rel=1e-3)
+    assert entry["multiple"].value == pytest.approx(named, rel=1e-3)
     assert entry["amplitude_dps"].value == pytest.approx(row["amplitude"], rel=0.15)
-    again = improve.fit(made, found.model)
+    again = improve.fit(made, model.of_text(model.text_of(found.model), name))
     assert again[0].judgement.adequate  # the model file says all of it
 
 

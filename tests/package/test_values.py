@@ -228,8 +228,8 @@ class Interrupted:
 @pytest.mark.parametrize("way", ["slide", "slide without fit", "push"])
 def test_ctrl_c_ends_a_record_after_the_present_piece(library, monkeypatch, way):
     name = way.partition(" ")[0]
-    calls = Interrupted(library.library(), f"davar_python_{name}")
-    monkeypatch.setattr(library, "library", lambda: calls)
+    calls = Interrupted(library.calls(), f"davar_python_{name}")
+    monkeypatch.setattr(library, "calls", lambda: calls)
     monkeypatch.setattr(library, "PUSHED", 1000)
     x = np.random.default_rng(7).normal(0, 0.2, 9000)
     with pytest.raises(KeyboardInterrupt):

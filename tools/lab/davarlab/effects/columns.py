@@ -336,7 +336,7 @@ LINE_FOLLOWS = Effect(
     (
         Parameter("amplitude_dps", "deg/s", 0, INFINITE),
         Parameter("column", "name of a column", *ANY, form=one_name),
-        Parameter("multiple", "Hz per unit of the column", 1e-9, 1e9, searched=True),
+        Parameter("multiple", "Hz per unit of the column", 1e-30, 1e30, searched=True),
         Parameter(
             "apart_hz",
             "frequencies in Hz by which the line is apart from it, at even times from the first "
