@@ -369,6 +369,14 @@ def test_markup_in_the_words_of_a_session_is_refused(own):
         Steps.beside(own.recording)
 
 
+def test_a_session_with_the_old_word_for_a_selection_is_read(own):
+    own()
+    whole = json.loads(own.file.read_text())
+    old = {name: value for name, value in whole.items() if name != "selection"}
+    own.file.write_text(json.dumps({**old, "sight": whole["selection"]}))
+    assert Steps.beside(own.recording).seen == whole["selection"]
+
+
 def test_a_session_that_names_a_program_runs_none_and_says_that_it_is_one(own):
     """Somebody sent the recording, the session and the program beside it."""
     own()

@@ -83,7 +83,7 @@ def spent(work):
     return time.perf_counter() - begin
 
 
-def one_visit(page, folder):
+def one_session(page, folder):
     page.click("#tutorial")
     page.wait_for_selector("#headline h1")
     page.click("#close")
@@ -114,11 +114,11 @@ def one_visit(page, folder):
     yield statistics.median(answer for one in sliders for answer in one.evaluate(PLAN))
 
 
-def visited(browser, folder):
+def measured(browser, folder):
     """The figures of one session, in the order of GOALS."""
     tabs, bench = Tabs(browser), Started(folder, folder / "state")
     try:
-        return list(one_visit(tabs.open(bench, 1400, 1000), folder))
+        return list(one_session(tabs.open(bench, 1400, 1000), folder))
     finally:
         tabs.close()
         bench.stop()
@@ -132,7 +132,7 @@ def main(repeats):
         )
         for _ in range(repeats):
             with tempfile.TemporaryDirectory() as folder:
-                rows.append(visited(browser, Path(folder)))
+                rows.append(measured(browser, Path(folder)))
         browser.close()
     print("| what | median | worst | goal |\n|---|---|---|---|")
     for (name, goal), values in zip(GOALS.items(), zip(*rows), strict=True):

@@ -83,7 +83,7 @@ def test_what_is_not_there_or_no_recording_is_refused_in_one_line(opened):
         assert (status, name in answer["error"], "\n" in answer["error"]) == (400, True, False)
 
 
-def test_a_sight_keeps_its_steps_and_nonsense_is_refused(folder, opened):
+def test_a_selection_keeps_its_steps_and_nonsense_is_refused(folder, opened):
     recording = simulated(folder)
     bench = opened(recording)
     before = bench.ask("step")["error"]

@@ -13,7 +13,7 @@ from visiting import effects, error, export, ranked, told
 
 
 @pytest.mark.story
-def test_a_first_visit_finds_what_is_missing(folder, started, tabs):
+def test_a_first_session_finds_what_is_missing(folder, started, tabs):
     recording = simulated(
         folder, effect("sinusoid", amplitude_dps=0.02, frequency_hz=3.0), seconds=300
     )
