@@ -18,7 +18,7 @@ from . import words
 
 HERE = Path(__file__).resolve().parent
 WORKBENCH = HERE.parent / "workbench"
-IMPORT = re.compile(r'^import (?:\* as (\w+)|(\{.*\})) from "/(page/.*)";$', re.MULTILINE)
+IMPORT = re.compile(r'^import (?:\* as (\w+)|(\{[^}]*\})) from "/(page/.*)";$', re.MULTILINE)
 KEY = re.compile(r"(?<=data-key=\")[^\"]+")
 EXPORT = re.compile(r"^export ((?:async )?(?:const|function|class)) (\w+)", re.MULTILINE)
 STYLES = ("tokens.css", "chart.css")

@@ -20,204 +20,330 @@ import * as spectrum from "/page/tabs/spectrum.js";
 import * as tabs from "/page/tabs/tabs.js";
 import * as where from "/page/tabs/where.js";
 import { other } from "/page/theme.js";
-import { at, change, changed, doing, leaving, now, refused, say, shownBy, stale } from "/page/now.js";
+import {
+    at,
+    change,
+    changed,
+    doing,
+    leaving,
+    now,
+    refused,
+    say,
+    shownBy,
+    stale,
+} from "/page/now.js";
 import { duration, element, fill, number } from "/page/words.js";
 
 const STEP_MS = 900; // of the animation of a step
 const stills = matchMedia("(prefers-reduced-motion: reduce)");
 
-tabs.build([{ id: "fit", title: "Fit", build: fit.build, draw: fit.draw, zoom: fit.zoom }, { id: "where", title: "Where", build: where.build, draw: where.draw, zoom: () => {} },
-  { id: "spectrum", title: "Spectrum", build: spectrum.build, draw: spectrum.draw, zoom: spectrum.zoom }, { id: "columns", title: "Columns", build: columns.build, draw: columns.draw, zoom: () => {} },
-  { id: "axes", title: "Axes", build: axes.build, draw: axes.draw }, { id: "sheet", title: "Data sheet", build: sheet.build, draw: sheet.draw, zoom: () => {} }, { id: "held", title: "Hold-out", build: held.build, draw: held.draw },
-  { id: "live", title: "Live", build: live.build, draw: live.draw }, { id: "plan", title: "Plan", leaves: () => plan(true) }]);
+tabs.build([
+    { id: "fit", title: "Fit", build: fit.build, draw: fit.draw, zoom: fit.zoom },
+    { id: "where", title: "Where", build: where.build, draw: where.draw, zoom: () => {} },
+    {
+        id: "spectrum",
+        title: "Spectrum",
+        build: spectrum.build,
+        draw: spectrum.draw,
+        zoom: spectrum.zoom,
+    },
+    { id: "columns", title: "Columns", build: columns.build, draw: columns.draw, zoom: () => {} },
+    { id: "axes", title: "Axes", build: axes.build, draw: axes.draw },
+    { id: "sheet", title: "Data sheet", build: sheet.build, draw: sheet.draw, zoom: () => {} },
+    { id: "held", title: "Hold-out", build: held.build, draw: held.draw },
+    { id: "live", title: "Live", build: live.build, draw: live.draw },
+    { id: "plan", title: "Plan", leaves: () => plan(true) },
+]);
 
-const opened = { drop: (file) => doing(`Reading ${file.name}`, async () => { try { await drop(file); } finally { await refresh(); } }),
-  open: ({ path, sensor }) => change("Opening the session", "open", sensor ? { path, sensor } : { path }),
-  listen: (source) => change(`Listening to ${source}`, "listen", { source }), tutorial: () => change("Opening the tutorial", "tutorial"), close: () => leaving("", "close"),
-  names: (names) => change("Reading the columns by these names", "names", { names }),
-  skip: (lines) => change(`Skipping ${lines} lines`, "skip", { lines }),
-  sensor: (name) => change(`Reading ${name} and fitting a first model`, "sensor", { name }),
-  read: (columns, rate_hz, as_recorded) => change("Reading the recording and fitting a first model", "read", { columns, rate_hz, as_recorded }) };
+const opened = {
+    drop: (file) =>
+        doing(`Reading ${file.name}`, async () => {
+            try {
+                await drop(file);
+            } finally {
+                await refresh();
+            }
+        }),
+    open: ({ path, sensor }) =>
+        change("Opening the session", "open", sensor ? { path, sensor } : { path }),
+    listen: (source) => change(`Listening to ${source}`, "listen", { source }),
+    tutorial: () => change("Opening the tutorial", "tutorial"),
+    close: () => leaving("", "close"),
+    names: (names) => change("Reading the columns by these names", "names", { names }),
+    skip: (lines) => change(`Skipping ${lines} lines`, "skip", { lines }),
+    sensor: (name) => change(`Reading ${name} and fitting a first model`, "sensor", { name }),
+    read: (columns, rate_hz, as_recorded) =>
+        change("Reading the recording and fitting a first model", "read", {
+            columns,
+            rate_hz,
+            as_recorded,
+        }),
+};
 
 async function refresh() {
-  const turn = ++now.turn;
-  recall();
-  now.all = await ask("all");
-  const open = Boolean(now.all.recording);
-  if (open && now.all.state !== now.view?.state) stale(true);
-  screen(open);
-  if (!open) {
-    now.view = now.found = now.before = now.cell = now.sheet = null;
-    welcome();
+    const turn = ++now.turn;
+    recall();
+    now.all = await ask("all");
+    const open = Boolean(now.all.recording);
+    if (open && now.all.state !== now.view?.state) stale(true);
+    screen(open);
+    if (!open) {
+        now.view = now.found = now.before = now.cell = now.sheet = null;
+        welcome();
+        live.place();
+        live.live(now.all).catch(() => {});
+        stale(false);
+        return;
+    }
+    sheet.follow();
     live.place();
     live.live(now.all).catch(() => {});
-    stale(false);
-    return;
-  }
-  sheet.follow();
-  live.place();
-  live.live(now.all).catch(() => {});
-  fill("axis", ...now.all.gyros.map((name) => element("option", { value: name, selected: name === now.all.column }, name)));
-  const next = await ask("step", { number: now.all.current });
-  if (turn !== now.turn || next.state !== now.all.state) return; // the server reports the change in the meantime with an event
-  const before = now.view && now.of === identity() && next.state !== now.view.state ? now.drawn : null;
-  if (now.of && JSON.parse(now.of)[0] !== now.all.recording) tabs.select("fit");
-  if (now.of !== identity()) { [now.cell, now.length] = [null, 0]; closeEditor(); model.fold(); }
-  now.of = identity();
-  [now.view, now.drawn] = [next, curve.atRest(next)];
-  at("bench").hidden = false;
-  await draw(turn, before);
+    fill(
+        "axis",
+        ...now.all.gyros.map((name) =>
+            element("option", { value: name, selected: name === now.all.column }, name),
+        ),
+    );
+    const next = await ask("step", { number: now.all.current });
+    if (turn !== now.turn || next.state !== now.all.state) return; // the server reports the change in the meantime with an event
+    const before =
+        now.view && now.of === identity() && next.state !== now.view.state ? now.drawn : null;
+    if (now.of && JSON.parse(now.of)[0] !== now.all.recording) tabs.select("fit");
+    if (now.of !== identity()) {
+        [now.cell, now.length] = [null, 0];
+        closeEditor();
+        model.fold();
+    }
+    now.of = identity();
+    [now.view, now.drawn] = [next, curve.atRest(next)];
+    at("bench").hidden = false;
+    await draw(turn, before);
 }
 
-const identity = () => JSON.stringify([now.all.recording, now.all.column, now.all.alone, now.all.cut]);
+const identity = () =>
+    JSON.stringify([now.all.recording, now.all.column, now.all.alone, now.all.cut]);
 
 function welcome() {
-  live.away();
-  if (now.all.log?.sensors) landing.sensors(now.all, opened);
-  else if (now.all.log) intake.columns(now.all, opened);
-  else landing.first(now.all, opened);
+    live.away();
+    if (now.all.log?.sensors) landing.sensors(now.all, opened);
+    else if (now.all.log) intake.columns(now.all, opened);
+    else landing.first(now.all, opened);
 }
 
 // What is on the screen: the bench of a recording, or the first page.
 function screen(open) {
-  document.body.classList.toggle("open", open);
-  at("view-model").textContent = open ? "Back to the model" : "Back to the first page";
-  at("landing").hidden = open;
-  at("bench").hidden = !open || !now.view; // show nothing of a closed recording
-  at("close").hidden = at("axis-label").hidden = !open;
-  if (!open) for (const id of ["undo", "redo", "export"]) at(id).disabled = true;
-  const { all } = now, missing = all.missing ? ` (${all.missing} missing in ${all.gaps} gaps)` : "";
-  at("close").title = open ? `${all.samples} samples${missing}, ${number(all.rate_hz, 6)} Hz. Open another recording` : "";
-  fill("recording", ...(open ? [[all.recording.split("/").at(-1), all.sensor].filter(Boolean).join(" "), element("span", { class: "soft" }, ` ${duration(all.duration_s)}, ${number(all.rate_hz, 6)} Hz${all.missing ? `, ${all.missing} missing` : ""}`)] : []));
+    document.body.classList.toggle("open", open);
+    at("view-model").textContent = open ? "Back to the model" : "Back to the first page";
+    at("landing").hidden = open;
+    at("bench").hidden = !open || !now.view; // show nothing of a closed recording
+    at("close").hidden = at("axis-label").hidden = !open;
+    if (!open) for (const id of ["undo", "redo", "export"]) at(id).disabled = true;
+    const { all } = now,
+        missing = all.missing ? ` (${all.missing} missing in ${all.gaps} gaps)` : "";
+    at("close").title = open
+        ? `${all.samples} samples${missing}, ${number(all.rate_hz, 6)} Hz. Open another recording`
+        : "";
+    fill(
+        "recording",
+        ...(open
+            ? [
+                  [all.recording.split("/").at(-1), all.sensor].filter(Boolean).join(" "),
+                  element(
+                      "span",
+                      { class: "soft" },
+                      ` ${duration(all.duration_s)}, ${number(all.rate_hz, 6)} Hz${all.missing ? `, ${all.missing} missing` : ""}`,
+                  ),
+              ]
+            : []),
+    );
 }
 
 // Draws a step. From the step before, what changed moves there.
 async function draw(turn, before) {
-  const target = now.drawn;
-  [now.found, now.answer, now.before, now.next] = [null, null, before, null];
-  at("export").disabled = false;
-  model.draw();
-  steps.undoing();
-  where.selections();
-  held.names();
-  head.headline();
-  await tabs.draw();
-  stale(false);
-  refocus();
-  held.error();
-  rank(turn).then(() => axes.survey(turn));
-  if (before && !stills.matches) await moveTo(before, target, turn);
-  if (turn === now.turn) settle(target);
+    const target = now.drawn;
+    [now.found, now.answer, now.before, now.next] = [null, null, before, null];
+    at("export").disabled = false;
+    model.draw();
+    steps.undoing();
+    where.selections();
+    held.names();
+    head.headline();
+    await tabs.draw();
+    stale(false);
+    refocus();
+    held.error();
+    rank(turn).then(() => axes.survey(turn));
+    if (before && !stills.matches) await moveTo(before, target, turn);
+    if (turn === now.turn) settle(target);
 }
 
 function settle(target) {
-  now.animated = false;
-  now.drawn = target;
-  drawn();
+    now.animated = false;
+    now.drawn = target;
+    drawn();
 }
 
 // Draws what moves. A chart that is not shown is of an earlier state, perhaps of another recording.
 function drawn() {
-  head.error();
-  if (tabs.showing("fit")) fit.update(now.drawn);
-  steps.stairs();
+    head.error();
+    if (tabs.showing("fit")) fit.update(now.drawn);
+    steps.stairs();
 }
 
 // A step moves curve, band, cells, bar, number and tread together.
 function moveTo(from, to, turn) {
-  now.animated = true;
-  return new Promise((done) => {
-    let started = null;
-    const tick = (time) => {
-      started ??= time;
-      const t = Math.min(1, (time - started) / STEP_MS), eased = t < 0.5 ? 4 * t ** 3 : 1 - (2 - 2 * t) ** 3 / 2;
-      if (turn !== now.turn || t >= 1) { done(); return; }
-      now.drawn = curve.between(from, to, eased);
-      drawn();
-      requestAnimationFrame(tick);
-    };
-    requestAnimationFrame(tick);
-  });
+    now.animated = true;
+    return new Promise((done) => {
+        let started = null;
+        const tick = (time) => {
+            started ??= time;
+            const t = Math.min(1, (time - started) / STEP_MS),
+                eased = t < 0.5 ? 4 * t ** 3 : 1 - (2 - 2 * t) ** 3 / 2;
+            if (turn !== now.turn || t >= 1) {
+                done();
+                return;
+            }
+            now.drawn = curve.between(from, to, eased);
+            drawn();
+            requestAnimationFrame(tick);
+        };
+        requestAnimationFrame(tick);
+    });
 }
 
 // The focus goes back to the control of the model that had it; that of a card goes on to the next step.
 function refocus() {
-  const label = now.left;
-  now.left = null;
-  if (label && document.activeElement === at("page")) document.querySelector(`#model [aria-label="${CSS.escape(label)}"]`)?.focus({ preventScroll: true });
+    const label = now.left;
+    now.left = null;
+    if (label && document.activeElement === at("page"))
+        document
+            .querySelector(`#model [aria-label="${CSS.escape(label)}"]`)
+            ?.focus({ preventScroll: true });
 }
 
 // A value that moves.
 let frame = 0;
 model.whenMoved((state) => {
-  now.drawn = state;
-  if (frame) return;
-  frame = requestAnimationFrame(() => {
-    frame = 0;
-    drawn();
-  });
+    now.drawn = state;
+    if (frame) return;
+    frame = requestAnimationFrame(() => {
+        frame = 0;
+        drawn();
+    });
 });
 steps.whenUncut(leaving);
 
-const keys = { u: () => at("undo").click(), r: () => at("redo").click(), f: () => at("refit")?.click(), s: menu.saveModel, w: () => now.view && !now.stale && fit.worst(), "?": () => at("help").showModal() };
+const keys = {
+    u: () => at("undo").click(),
+    r: () => at("redo").click(),
+    f: () => at("refit")?.click(),
+    s: menu.saveModel,
+    w: () => now.view && !now.stale && fit.worst(),
+    "?": () => at("help").showModal(),
+};
 
 document.addEventListener("keydown", (event) => {
-  if (event.target.matches("input:not([type=range]), select, textarea") || event.altKey) return;
-  if (event.ctrlKey || event.metaKey) { if (event.key === "z" && now.view) { at("undo").click(); event.preventDefault(); } return; }
-  if (planning() && event.key !== "?") return; // the other keys act on the model
-  if (keys[event.key]) keys[event.key]();
-  else if (/^[1-3]$/.test(event.key)) document.querySelectorAll("#next > .card > .candidate")[event.key - 1]?.click();
-  else return;
-  event.preventDefault();
+    if (event.target.matches("input:not([type=range]), select, textarea") || event.altKey) return;
+    if (event.ctrlKey || event.metaKey) {
+        if (event.key === "z" && now.view) {
+            at("undo").click();
+            event.preventDefault();
+        }
+        return;
+    }
+    if (planning() && event.key !== "?") return; // the other keys act on the model
+    if (keys[event.key]) keys[event.key]();
+    else if (/^[1-3]$/.test(event.key))
+        document.querySelectorAll("#next > .card > .candidate")[event.key - 1]?.click();
+    else return;
+    event.preventDefault();
 });
 
 // A file may be dropped anywhere.
-document.addEventListener("dragover", (event) => { event.preventDefault(); document.body.classList.add("over"); });
-document.addEventListener("dragleave", (event) => event.relatedTarget || document.body.classList.remove("over"));
+document.addEventListener("dragover", (event) => {
+    event.preventDefault();
+    document.body.classList.add("over");
+});
+document.addEventListener(
+    "dragleave",
+    (event) => event.relatedTarget || document.body.classList.remove("over"),
+);
 document.addEventListener("drop", (event) => {
-  event.preventDefault();
-  document.body.classList.remove("over");
-  if (event.dataTransfer.files[0]) opened.drop(event.dataTransfer.files[0]);
+    event.preventDefault();
+    document.body.classList.remove("over");
+    if (event.dataTransfer.files[0]) opened.drop(event.dataTransfer.files[0]);
 });
 
-at("axis").onchange = () => leaving(`Analysing ${at("axis").value}`, "selection", { column: at("axis").value });
+at("axis").onchange = () =>
+    leaving(`Analysing ${at("axis").value}`, "selection", { column: at("axis").value });
 at("close").onclick = opened.close;
-at("home").onclick = () => { plan(false); if (now.all?.recording || now.all?.log) opened.close(); };
+at("home").onclick = () => {
+    plan(false);
+    if (now.all?.recording || now.all?.log) opened.close();
+};
 at("help-button").onclick = () => at("help").showModal();
 at("theme").onclick = other;
-at("error-close").onclick = () => { at("error").hidden = true; at("page").focus(); };
-new ResizeObserver(() => now.drawn && now.view && !at("bench").hidden && (head.error(), steps.stairs())).observe(at("staircase"));
+at("error-close").onclick = () => {
+    at("error").hidden = true;
+    at("page").focus();
+};
+new ResizeObserver(
+    () => now.drawn && now.view && !at("bench").hidden && (head.error(), steps.stairs()),
+).observe(at("staircase"));
 
 let left = null; // what was open when the server stopped answering
 
 // Shown if the server does not answer: which steps are saved, and how to continue. other: another server answers.
 function gone(other) {
-  say("");
-  stale(true);
-  left ??= now.all;
-  const kept = now.all?.recording ? `The ${now.all.steps.length} step${now.all.steps.length > 1 ? "s are" : " is"} saved in ${now.all.session}. An unfinished computation is lost. ` : "";
-  const again = now.all?.again || "tools/davarlab open", command = element("code", {}, other ? again.replace(/ --port \d+/, "") : again);
-  if (other) fill("gone", element("h1", {}, "Another server uses this address"), kept, "This page cannot reconnect to it. Run ", command, " and open the address that it prints.");
-  else fill("gone", element("h1", {}, "The workbench server does not answer"), kept, "If it has stopped, run ", command, ". This page then reconnects by itself.");
-  at("gone").hidden = false;
+    say("");
+    stale(true);
+    left ??= now.all;
+    const kept = now.all?.recording
+        ? `The ${now.all.steps.length} step${now.all.steps.length > 1 ? "s are" : " is"} saved in ${now.all.session}. An unfinished computation is lost. `
+        : "";
+    const again = now.all?.again || "tools/davarlab open",
+        command = element("code", {}, other ? again.replace(/ --port \d+/, "") : again);
+    if (other)
+        fill(
+            "gone",
+            element("h1", {}, "Another server uses this address"),
+            kept,
+            "This page cannot reconnect to it. Run ",
+            command,
+            " and open the address that it prints.",
+        );
+    else
+        fill(
+            "gone",
+            element("h1", {}, "The workbench server does not answer"),
+            kept,
+            "If it has stopped, run ",
+            command,
+            ". This page then reconnects by itself.",
+        );
+    at("gone").hidden = false;
 }
 
 // Reconnected. A server that was started without the recording opens it.
 async function back() {
-  const { path, sensor } = left || {};
-  left = null;
-  at("gone").hidden = true;
-  if (!path) return;
-  const { recording, log } = await ask("all");
-  if (!recording && !log) opened.open({ path, sensor });
+    const { path, sensor } = left || {};
+    left = null;
+    at("gone").hidden = true;
+    if (!path) return;
+    const { recording, log } = await ask("all");
+    if (!recording && !log) opened.open({ path, sensor });
 }
 
 shownBy(refresh);
-listen((event) => {
-  if (event.progress) say(event.progress);
-  if (event.candidates) partly(event);
-  if (event.axis) axes.trying(event);
-  if (event.live) live.heard(event.live);
-  if (event.changed) changed(event.changed);
-}, gone, () => back().catch(refused));
+listen(
+    (event) => {
+        if (event.progress) say(event.progress);
+        if (event.candidates) partly(event);
+        if (event.axis) axes.trying(event);
+        if (event.live) live.heard(event.live);
+        if (event.changed) changed(event.changed);
+    },
+    gone,
+    () => back().catch(refused),
+);
 if (location.hash.startsWith("#plan")) plan(true);

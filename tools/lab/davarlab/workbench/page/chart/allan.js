@@ -4,212 +4,483 @@ import { marks, scale, timeMarks } from "/page/chart/scale.js";
 import { area, canvas, line, svg } from "/page/chart/svg.js";
 import { brief, number, timesText } from "/page/words.js";
 
-const PHONE = 560, LETTER = 7, DASHES = ["1 3", "6 3", "8 2 2 2", "3 2"];
+const PHONE = 560,
+    LETTER = 7,
+    DASHES = ["1 3", "6 3", "8 2 2 2", "3 2"];
 const RATIOS = [0.4, 6]; // that have a place; an arrow points to one beyond
 const clamp = (value, low, high) => Math.max(low, Math.min(high, value));
-const NAMES = { angle_random_walk: "white noise", rate_random_walk: "random walk", sinusoid: "line" };
+const NAMES = {
+    angle_random_walk: "white noise",
+    rate_random_walk: "random walk",
+    sinusoid: "line",
+};
 const called = (kind) => NAMES[kind] || kind.replaceAll("_", " ");
 
 // range: {y: [low, high]} that stands still over the steps, tau: [first, last] of a zoom or null.
 export class AllanChart {
-  constructor(place, state, { range, zoom = null, length, span, small = false, overlay = null, unit, label = null }) {
-    const made = canvas(place, small ? "Allan deviation, measured and model" : label);
-    this.ready = Boolean(made);
-    if (!made) return;
-    Object.assign(this, made, { state, small, length, span, overlay, unit, phone: made.width < PHONE });
-    this.place(range, zoom);
-    this.grid();
-    this.layers();
-    this.update(state);
-  }
-
-  // Where everything is, in pixels.
-  place(range, zoom) {
-    const { width, height, phone, small } = this, tau = this.state.tau;
-    const strip = small ? 0 : clamp(height * 0.21, 50, 110), ratio = small ? 0 : clamp(height * 0.16, 40, 72), gap = small ? 0 : 10;
-    this.left = phone ? 42 : 48;
-    this.right = width - (small ? 84 : phone ? 10 : 150);
-    this.top = 12;
-    this.bottom = height - 20 - strip - ratio - 2 * gap;
-    this.ratioTop = this.bottom + gap;
-    this.ratioBottom = this.ratioTop + ratio;
-    this.stripTop = this.ratioBottom + gap;
-    this.stripBottom = this.stripTop + strip;
-    const [from, to] = zoom || [tau[0] / 1.5, tau.at(-1) * 1.5];
-    this.X = scale(true, from, to, this.left, this.right);
-    this.Y = scale(true, range[0], range[1], this.bottom, this.top);
-    const R = scale(true, ...RATIOS, this.ratioBottom, this.ratioTop);
-    this.R = (value) => R(clamp(value, ...RATIOS));
-  }
-
-  grid() {
-    const { drawing, X, Y, left, right, top, bottom, ratioBottom, small, phone } = this, grid = svg("g", {}, drawing);
-    this.clip = `clip-${Math.random().toString(36).slice(2)}`;
-    const clip = (id, y, height) => svg("rect", { x: left, y, width: right - left, height }, svg("clipPath", { id }, drawing));
-    clip(this.clip, top, bottom - top);
-    clip(`${this.clip}-r`, this.ratioTop, this.stripBottom - this.ratioTop);
-    for (const [value, text] of marks(true, Y.from, Y.to, (bottom - top) / 40)) {
-      svg("line", { x1: left, x2: right, y1: Y(value), y2: Y(value), stroke: "var(--grid)" }, grid);
-      svg("text", { x: left - 6, y: Y(value) + 4, "text-anchor": "end" }, grid, text);
+    constructor(
+        place,
+        state,
+        { range, zoom = null, length, span, small = false, overlay = null, unit, label = null },
+    ) {
+        const made = canvas(place, small ? "Allan deviation, measured and model" : label);
+        this.ready = Boolean(made);
+        if (!made) return;
+        Object.assign(this, made, {
+            state,
+            small,
+            length,
+            span,
+            overlay,
+            unit,
+            phone: made.width < PHONE,
+        });
+        this.place(range, zoom);
+        this.grid();
+        this.layers();
+        this.update(state);
     }
-    for (const [value, text] of timeMarks(X.from, X.to)) {
-      svg("line", { x1: X(value), x2: X(value), y1: top, y2: small ? bottom : ratioBottom, stroke: "var(--grid)" }, grid);
-      svg("text", { x: X(value), y: this.height - 5, "text-anchor": "middle" }, grid, text);
+
+    // Where everything is, in pixels.
+    place(range, zoom) {
+        const { width, height, phone, small } = this,
+            tau = this.state.tau;
+        const strip = small ? 0 : clamp(height * 0.21, 50, 110),
+            ratio = small ? 0 : clamp(height * 0.16, 40, 72),
+            gap = small ? 0 : 10;
+        this.left = phone ? 42 : 48;
+        this.right = width - (small ? 84 : phone ? 10 : 150);
+        this.top = 12;
+        this.bottom = height - 20 - strip - ratio - 2 * gap;
+        this.ratioTop = this.bottom + gap;
+        this.ratioBottom = this.ratioTop + ratio;
+        this.stripTop = this.ratioBottom + gap;
+        this.stripBottom = this.stripTop + strip;
+        const [from, to] = zoom || [tau[0] / 1.5, tau.at(-1) * 1.5];
+        this.X = scale(true, from, to, this.left, this.right);
+        this.Y = scale(true, range[0], range[1], this.bottom, this.top);
+        const R = scale(true, ...RATIOS, this.ratioBottom, this.ratioTop);
+        this.R = (value) => R(clamp(value, ...RATIOS));
     }
-    if (phone || small) svg("text", { x: right, y: top + 10, "text-anchor": "end", class: "halo" }, grid, `Allan deviation, ${this.unit}`);
-    else ["Allan deviation,", this.unit].forEach((text, i) => svg("text", { x: right + 10, y: top + 10 + 14 * i }, grid, text));
-    if (small) svg("text", { x: right, y: bottom - 6, "text-anchor": "end", class: "halo" }, grid, "averaging time");
-    else this.ratioGrid(grid);
-  }
 
-  ratioGrid(grid) {
-    const { R, left, right, ratioTop, ratioBottom, phone } = this;
-    for (const [value, text] of [[0.5, "½×"], [1, "1"], [2, "2×"], [4, "4×"]]) {
-      svg("line", { x1: left, x2: right, y1: R(value), y2: R(value), stroke: value === 1 ? "var(--edge)" : "var(--grid)" }, grid);
-      if (ratioBottom - ratioTop > 60 || [1, 4].includes(value)) svg("text", { x: left - 6, y: R(value) + 4, "text-anchor": "end" }, grid, text);
+    grid() {
+        const { drawing, X, Y, left, right, top, bottom, ratioBottom, small, phone } = this,
+            grid = svg("g", {}, drawing);
+        this.clip = `clip-${Math.random().toString(36).slice(2)}`;
+        const clip = (id, y, height) =>
+            svg(
+                "rect",
+                { x: left, y, width: right - left, height },
+                svg("clipPath", { id }, drawing),
+            );
+        clip(this.clip, top, bottom - top);
+        clip(`${this.clip}-r`, this.ratioTop, this.stripBottom - this.ratioTop);
+        for (const [value, text] of marks(true, Y.from, Y.to, (bottom - top) / 40)) {
+            svg(
+                "line",
+                { x1: left, x2: right, y1: Y(value), y2: Y(value), stroke: "var(--grid)" },
+                grid,
+            );
+            svg("text", { x: left - 6, y: Y(value) + 4, "text-anchor": "end" }, grid, text);
+        }
+        for (const [value, text] of timeMarks(X.from, X.to)) {
+            svg(
+                "line",
+                {
+                    x1: X(value),
+                    x2: X(value),
+                    y1: top,
+                    y2: small ? bottom : ratioBottom,
+                    stroke: "var(--grid)",
+                },
+                grid,
+            );
+            svg("text", { x: X(value), y: this.height - 5, "text-anchor": "middle" }, grid, text);
+        }
+        if (phone || small)
+            svg(
+                "text",
+                { x: right, y: top + 10, "text-anchor": "end", class: "halo" },
+                grid,
+                `Allan deviation, ${this.unit}`,
+            );
+        else
+            ["Allan deviation,", this.unit].forEach((text, i) =>
+                svg("text", { x: right + 10, y: top + 10 + 14 * i }, grid, text),
+            );
+        if (small)
+            svg(
+                "text",
+                { x: right, y: bottom - 6, "text-anchor": "end", class: "halo" },
+                grid,
+                "averaging time",
+            );
+        else this.ratioGrid(grid);
     }
-    if (!phone) ["measured", "over model"].forEach((text, i) => svg("text", { x: right + 10, y: ratioTop + 12 + 14 * i }, grid, text));
-  }
 
-  layers() {
-    const { drawing, X, small, state } = this, inside = `url(#${this.clip})`;
-    const path = (attributes) => svg("path", { fill: "none", "clip-path": inside, ...attributes }, drawing);
-    const band = { fill: "var(--model)", "fill-opacity": 0.14 };
-    this.labels = svg("g", {}, drawing); // below the curves: a halo must not hide a point
-    this.band = path(band);
-    if (!small) this.ratioBand = path({ ...band, "clip-path": `url(#${this.clip}-r)` });
-    this.overlays = (this.overlay || []).map((_, i) => path({ stroke: "var(--ink)", "stroke-width": 1.5, "stroke-dasharray": ["2 3", "7 4", "1 2"][i % 3] }));
-    this.before = path({ stroke: "var(--model)", "stroke-width": 1.5, "stroke-dasharray": "2 4", opacity: 0.7 });
-    this.parts = (small ? [] : state.effects).map((_, i) => path({ stroke: "var(--soft)", "stroke-dasharray": DASHES[i % 4], class: "part" }));
-    this.model = path({ stroke: "var(--model)", "stroke-width": 2.5, "stroke-linejoin": "round", class: "model" });
-    this.next = path({ stroke: "var(--model)", "stroke-width": 2, "stroke-dasharray": "8 5", class: "next" });
-    this.flag = svg("g", { class: "flag" }, drawing);
-    const dots = svg("g", { "clip-path": inside, class: "measured", "pointer-events": "none" }, drawing);
-    this.dots = state.tau.map((tau) => svg("circle", { cx: X(tau), r: small ? 3 : 4, fill: "var(--panel)", stroke: "var(--meas)", "stroke-width": 2 }, dots));
-    if (!small) this.lower();
-  }
-
-  // The place of a cell in the strip.
-  box(cell) {
-    const { X, stripTop, stripBottom, span } = this, x = X(cell.tau_s / Math.SQRT2) + 0.5, each = (stripBottom - stripTop) / span;
-    return { x, y: stripTop + cell.start_s * each + 0.5, width: X(cell.tau_s * Math.SQRT2) - x - 0.5, height: Math.max(1, (cell.stop_s - cell.start_s) * each - 1) };
-  }
-
-  // What is below the curve: ratios and cells.
-  lower() {
-    const { drawing, X, R, state, left, right, top, stripTop, stripBottom, phone } = this, many = this.length > 0 && cells.lengths(state.cells).length > 1; // a report has no choice
-    const ratios = svg("g", { "clip-path": `url(#${this.clip}-r)` }, drawing);
-    this.stems = state.tau.map((tau) => svg("line", { x1: X(tau), x2: X(tau), y1: R(1), stroke: "var(--meas)", "stroke-width": 2 }, ratios));
-    this.ends = state.tau.map(() => svg("path", { fill: "var(--meas)" }, ratios));
-    const strip = svg("g", { "clip-path": `url(#${this.clip}-r)`, class: "strip" }, drawing);
-    this.cells = cells.chosen(state.cells, state.tau, this.length).map(({ cell, index, column }) => {
-      const box = this.box(cell);
-      return { index, column, box, cell, rect: svg("rect", box, strip) };
-    });
-    svg("rect", { x: left, y: stripTop, width: right - left, height: stripBottom - stripTop, fill: "none", stroke: "var(--edge)" }, drawing);
-    svg("text", { x: left - 6, y: stripTop + 11, "text-anchor": "end" }, drawing, "0");
-    svg("text", { x: left - 6, y: stripBottom - 1, "text-anchor": "end" }, drawing, brief(this.span));
-    if (!phone) {
-      svg("text", { x: right + 10, y: stripTop - 1 }, drawing, many ? "Model, in windows of" : "Model");
-      cells.key(drawing, right + 10, stripTop + (many ? 30 : 8));
+    ratioGrid(grid) {
+        const { R, left, right, ratioTop, ratioBottom, phone } = this;
+        for (const [value, text] of [
+            [0.5, "½×"],
+            [1, "1"],
+            [2, "2×"],
+            [4, "4×"],
+        ]) {
+            svg(
+                "line",
+                {
+                    x1: left,
+                    x2: right,
+                    y1: R(value),
+                    y2: R(value),
+                    stroke: value === 1 ? "var(--edge)" : "var(--grid)",
+                },
+                grid,
+            );
+            if (ratioBottom - ratioTop > 60 || [1, 4].includes(value))
+                svg("text", { x: left - 6, y: R(value) + 4, "text-anchor": "end" }, grid, text);
+        }
+        if (!phone)
+            ["measured", "over model"].forEach((text, i) =>
+                svg("text", { x: right + 10, y: ratioTop + 12 + 14 * i }, grid, text),
+            );
     }
-    this.selected = svg("rect", { fill: "none", stroke: "var(--ink)", "stroke-width": 2.5, "pointer-events": "none", width: 0, height: 0 }, drawing);
-    this.cursor = svg("line", { y1: top, y2: stripBottom, stroke: "var(--ink)", opacity: 0, "pointer-events": "none" }, drawing);
-    this.readout = svg("text", { x: right - 6, y: top + (phone ? 24 : 10), "text-anchor": "end", class: "ink halo" }, drawing);
-  }
 
-  // Draws a state on the axes as they are: while a value moves, while a step is animated.
-  update(state) {
-    if (!this.ready) return;
-    this.state = state;
-    const { X, Y, R, small } = this, { tau } = state;
-    this.model.setAttribute("d", line(X, Y, tau, state.model));
-    this.band.setAttribute("d", area(X, Y, tau, state.low, state.high));
-    this.parts.forEach((path, i) => path.setAttribute("d", state.effects[i] ? line(X, Y, tau, state.effects[i].deviation) : ""));
-    this.overlays.forEach((path, i) => path.setAttribute("d", line(X, Y, this.overlay[i].tau_s, this.overlay[i].deviation)));
-    this.dots.forEach((dot, i) => dot.setAttribute("cy", Y(state.measured[i])));
-    if (!small) {
-      const over = (side) => side.map((value, i) => value / state.model[i]);
-      this.ratioBand.setAttribute("d", area(X, R, tau, over(state.low), over(state.high)));
-      tau.forEach((_, i) => {
-        const ratio = state.measured[i] / state.model[i], y = R(ratio);
-        this.stems[i].setAttribute("y2", y);
-        this.ends[i].setAttribute("d", ratio > RATIOS[1] ? "M-4 7h8L0 0z" : ratio < RATIOS[0] ? "M-4 -7h8L0 0z" : "M-3 0a3 3 0 0 1 6 0a3 3 0 0 1-6 0z");
-        this.ends[i].setAttribute("transform", `translate(${X(tau[i])} ${y})`);
-      });
-      for (const { rect, box, index } of this.cells) cells.paint(rect, box, state.cells[index].ratio, state.cells[index].z);
+    layers() {
+        const { drawing, X, small, state } = this,
+            inside = `url(#${this.clip})`;
+        const path = (attributes) =>
+            svg("path", { fill: "none", "clip-path": inside, ...attributes }, drawing);
+        const band = { fill: "var(--model)", "fill-opacity": 0.14 };
+        this.labels = svg("g", {}, drawing); // below the curves: a halo must not hide a point
+        this.band = path(band);
+        if (!small) this.ratioBand = path({ ...band, "clip-path": `url(#${this.clip}-r)` });
+        this.overlays = (this.overlay || []).map((_, i) =>
+            path({
+                stroke: "var(--ink)",
+                "stroke-width": 1.5,
+                "stroke-dasharray": ["2 3", "7 4", "1 2"][i % 3],
+            }),
+        );
+        this.before = path({
+            stroke: "var(--model)",
+            "stroke-width": 1.5,
+            "stroke-dasharray": "2 4",
+            opacity: 0.7,
+        });
+        this.parts = (small ? [] : state.effects).map((_, i) =>
+            path({ stroke: "var(--soft)", "stroke-dasharray": DASHES[i % 4], class: "part" }),
+        );
+        this.model = path({
+            stroke: "var(--model)",
+            "stroke-width": 2.5,
+            "stroke-linejoin": "round",
+            class: "model",
+        });
+        this.next = path({
+            stroke: "var(--model)",
+            "stroke-width": 2,
+            "stroke-dasharray": "8 5",
+            class: "next",
+        });
+        this.flag = svg("g", { class: "flag" }, drawing);
+        const dots = svg(
+            "g",
+            { "clip-path": inside, class: "measured", "pointer-events": "none" },
+            drawing,
+        );
+        this.dots = state.tau.map((tau) =>
+            svg(
+                "circle",
+                {
+                    cx: X(tau),
+                    r: small ? 3 : 4,
+                    fill: "var(--panel)",
+                    stroke: "var(--meas)",
+                    "stroke-width": 2,
+                },
+                dots,
+            ),
+        );
+        if (!small) this.lower();
     }
-    this.name();
-  }
 
-  showBefore(state) { if (this.ready) this.before.setAttribute("d", state ? line(this.X, this.Y, state.tau, state.model) : ""); }
-
-  showNext(deviation) { if (this.ready) this.next.setAttribute("d", deviation ? line(this.X, this.Y, deviation.tau_s, deviation.model) : ""); }
-
-  // The gap that the headline names. worst: of the server; false: names the place only.
-  showFlag(worst, named) {
-    if (!this.ready) return;
-    this.flag.replaceChildren();
-    const i = worst ? this.state.tau.findIndex((tau) => Math.abs(tau / worst.tau_s - 1) < 0.01) : -1;
-    if (i < 0 || worst.stop_s - worst.start_s < 0.99 * this.span) return;
-    const { X, Y, state, phone } = this, [a, b] = [Y(state.measured[i]), Y(state.model[i])], x = X(state.tau[i]);
-    svg("line", { x1: x, x2: x, y1: a, y2: b, stroke: "var(--meas)", "stroke-width": 2 }, this.flag);
-    if (!named) return;
-    const end = i === state.tau.length - 1, last = i === state.tau.length - 2 && !phone, inside = !end && !last && Math.abs(a - b) > 24, above = Math.max(Math.min(a, b) - 10, this.top + 14);
-    svg("text", { x: x + (end ? 10 : last ? 9 : -8), y: last ? (a + b) / 2 + 6 : inside && !phone ? clamp((a + b) / 2 + 6, Math.min(a, b) + 18, 1e4) : above, "text-anchor": end || inside ? "end" : last ? "start" : "middle",
-      class: "strong halo", style: "font-size:17px;fill:var(--meas-ink)" }, this.flag, timesText(state.measured[i] / state.model[i]));
-  }
-
-  // Names at the ends of the curves, one below the other.
-  name() {
-    if (this.phone && !this.small) return;
-    const { state, X, Y, bottom, top } = this, x = this.right + 10, end = state.tau.length - 1;
-    this.labels.replaceChildren();
-    this.inside = [];
-    const names = [["measured", state.measured[end], "var(--meas-ink)", true], ["model", state.model[end], "var(--model)", true]];
-    for (const one of this.overlay || []) names.push([one.name, one.deviation.at(-1), "var(--ink)", false]);
-    for (const one of this.small ? [] : state.effects) {
-      const tail = one.deviation[end];
-      if (Y(tail) < bottom) names.push([called(one.kind), tail, "var(--soft)", false]);
-      else this.nameInside(one);
+    // The place of a cell in the strip.
+    box(cell) {
+        const { X, stripTop, stripBottom, span } = this,
+            x = X(cell.tau_s / Math.SQRT2) + 0.5,
+            each = (stripBottom - stripTop) / span;
+        return {
+            x,
+            y: stripTop + cell.start_s * each + 0.5,
+            width: X(cell.tau_s * Math.SQRT2) - x - 0.5,
+            height: Math.max(1, (cell.stop_s - cell.start_s) * each - 1),
+        };
     }
-    const placed = names.map(([text, value, fill, strong]) => ({ text, fill, strong, y: clamp(Y(value) + 4, top + 38, bottom) })).sort((a, b) => a.y - b.y);
-    for (let round = 0; round < 3; round++) {
-      placed.forEach((one, i) => { if (i && one.y < placed[i - 1].y + 14) one.y = placed[i - 1].y + 14; });
-      for (let i = placed.length - 1; i >= 0; i--) placed[i].y = Math.min(placed[i].y, i === placed.length - 1 ? bottom : placed[i + 1].y - 14);
+
+    // What is below the curve: ratios and cells.
+    lower() {
+        const { drawing, X, R, state, left, right, top, stripTop, stripBottom, phone } = this,
+            many = this.length > 0 && cells.lengths(state.cells).length > 1; // a report has no choice
+        const ratios = svg("g", { "clip-path": `url(#${this.clip}-r)` }, drawing);
+        this.stems = state.tau.map((tau) =>
+            svg(
+                "line",
+                { x1: X(tau), x2: X(tau), y1: R(1), stroke: "var(--meas)", "stroke-width": 2 },
+                ratios,
+            ),
+        );
+        this.ends = state.tau.map(() => svg("path", { fill: "var(--meas)" }, ratios));
+        const strip = svg("g", { "clip-path": `url(#${this.clip}-r)`, class: "strip" }, drawing);
+        this.cells = cells
+            .chosen(state.cells, state.tau, this.length)
+            .map(({ cell, index, column }) => {
+                const box = this.box(cell);
+                return { index, column, box, cell, rect: svg("rect", box, strip) };
+            });
+        svg(
+            "rect",
+            {
+                x: left,
+                y: stripTop,
+                width: right - left,
+                height: stripBottom - stripTop,
+                fill: "none",
+                stroke: "var(--edge)",
+            },
+            drawing,
+        );
+        svg("text", { x: left - 6, y: stripTop + 11, "text-anchor": "end" }, drawing, "0");
+        svg(
+            "text",
+            { x: left - 6, y: stripBottom - 1, "text-anchor": "end" },
+            drawing,
+            brief(this.span),
+        );
+        if (!phone) {
+            svg(
+                "text",
+                { x: right + 10, y: stripTop - 1 },
+                drawing,
+                many ? "Model, in windows of" : "Model",
+            );
+            cells.key(drawing, right + 10, stripTop + (many ? 30 : 8));
+        }
+        this.selected = svg(
+            "rect",
+            {
+                fill: "none",
+                stroke: "var(--ink)",
+                "stroke-width": 2.5,
+                "pointer-events": "none",
+                width: 0,
+                height: 0,
+            },
+            drawing,
+        );
+        this.cursor = svg(
+            "line",
+            {
+                y1: top,
+                y2: stripBottom,
+                stroke: "var(--ink)",
+                opacity: 0,
+                "pointer-events": "none",
+            },
+            drawing,
+        );
+        this.readout = svg(
+            "text",
+            { x: right - 6, y: top + (phone ? 24 : 10), "text-anchor": "end", class: "ink halo" },
+            drawing,
+        );
     }
-    for (const one of placed) svg("text", { x, y: one.y, style: `fill:${one.fill}`, class: one.strong ? "strong" : null }, this.labels, one.text);
-  }
 
-  // An effect that leaves the chart below is named where it leaves.
-  nameInside(effect) {
-    const { X, Y, state, bottom } = this;
-    let i = effect.deviation.indexOf(Math.max(...effect.deviation));
-    if (Y(effect.deviation[i]) > bottom) return;
-    while (Y(effect.deviation[i + 1]) < bottom) i += 1;
-    const [y0, y1] = [Y(effect.deviation[i]), Y(effect.deviation[i + 1])], share = (bottom - y0) / (y1 - y0);
-    const left = X(state.tau[i]) + share * (X(state.tau[i + 1]) - X(state.tau[i])) + 4, text = called(effect.kind);
-    const y = bottom - 3 - 14 * this.inside.filter(([from, to]) => left < to && left + LETTER * text.length > from).length;
-    this.inside.push([left, left + LETTER * text.length]);
-    svg("text", { x: left, y, class: "halo" }, this.labels, text);
-  }
+    // Draws a state on the axes as they are: while a value moves, while a step is animated.
+    update(state) {
+        if (!this.ready) return;
+        this.state = state;
+        const { X, Y, R, small } = this,
+            { tau } = state;
+        this.model.setAttribute("d", line(X, Y, tau, state.model));
+        this.band.setAttribute("d", area(X, Y, tau, state.low, state.high));
+        this.parts.forEach((path, i) =>
+            path.setAttribute(
+                "d",
+                state.effects[i] ? line(X, Y, tau, state.effects[i].deviation) : "",
+            ),
+        );
+        this.overlays.forEach((path, i) =>
+            path.setAttribute("d", line(X, Y, this.overlay[i].tau_s, this.overlay[i].deviation)),
+        );
+        this.dots.forEach((dot, i) => dot.setAttribute("cy", Y(state.measured[i])));
+        if (!small) {
+            const over = (side) => side.map((value, i) => value / state.model[i]);
+            this.ratioBand.setAttribute("d", area(X, R, tau, over(state.low), over(state.high)));
+            tau.forEach((_, i) => {
+                const ratio = state.measured[i] / state.model[i],
+                    y = R(ratio);
+                this.stems[i].setAttribute("y2", y);
+                this.ends[i].setAttribute(
+                    "d",
+                    ratio > RATIOS[1]
+                        ? "M-4 7h8L0 0z"
+                        : ratio < RATIOS[0]
+                          ? "M-4 -7h8L0 0z"
+                          : "M-3 0a3 3 0 0 1 6 0a3 3 0 0 1-6 0z",
+                );
+                this.ends[i].setAttribute("transform", `translate(${X(tau[i])} ${y})`);
+            });
+            for (const { rect, box, index } of this.cells)
+                cells.paint(rect, box, state.cells[index].ratio, state.cells[index].z);
+        }
+        this.name();
+    }
 
-  showCursor(tau) {
-    if (!this.ready) return;
-    const { state } = this;
-    this.cursor.setAttribute("opacity", tau === null ? 0 : 0.6);
-    this.readout.textContent = "";
-    if (tau === null) return;
-    const i = state.tau.reduce((best, one, k) => (Math.abs(Math.log(one / tau)) < Math.abs(Math.log(state.tau[best] / tau)) ? k : best), 0), x = this.X(state.tau[i]);
-    this.cursor.setAttribute("x1", x);
-    this.cursor.setAttribute("x2", x);
-    this.readout.textContent = `${brief(state.tau[i])}: measured ${number(state.measured[i], 2)}, model ${number(state.model[i], 2)}, ${(state.measured[i] / state.model[i]).toFixed(2)}×`;
-  }
+    showBefore(state) {
+        if (this.ready)
+            this.before.setAttribute(
+                "d",
+                state ? line(this.X, this.Y, state.tau, state.model) : "",
+            );
+    }
 
-  showCell(cell) {
-    if (!this.ready) return;
-    const box = cell ? this.box(cell) : { x: 0, y: 0, width: 0, height: 0 };
-    for (const [name, value] of Object.entries(box)) this.selected.setAttribute(name, value);
-    if (cell) this.showCursor(cell.tau_s);
-  }
+    showNext(deviation) {
+        if (this.ready)
+            this.next.setAttribute(
+                "d",
+                deviation ? line(this.X, this.Y, deviation.tau_s, deviation.model) : "",
+            );
+    }
+
+    // The gap that the headline names. worst: of the server; false: names the place only.
+    showFlag(worst, named) {
+        if (!this.ready) return;
+        this.flag.replaceChildren();
+        const i = worst
+            ? this.state.tau.findIndex((tau) => Math.abs(tau / worst.tau_s - 1) < 0.01)
+            : -1;
+        if (i < 0 || worst.stop_s - worst.start_s < 0.99 * this.span) return;
+        const { X, Y, state, phone } = this,
+            [a, b] = [Y(state.measured[i]), Y(state.model[i])],
+            x = X(state.tau[i]);
+        svg(
+            "line",
+            { x1: x, x2: x, y1: a, y2: b, stroke: "var(--meas)", "stroke-width": 2 },
+            this.flag,
+        );
+        if (!named) return;
+        const end = i === state.tau.length - 1,
+            last = i === state.tau.length - 2 && !phone,
+            inside = !end && !last && Math.abs(a - b) > 24,
+            above = Math.max(Math.min(a, b) - 10, this.top + 14);
+        svg(
+            "text",
+            {
+                x: x + (end ? 10 : last ? 9 : -8),
+                y: last
+                    ? (a + b) / 2 + 6
+                    : inside && !phone
+                      ? clamp((a + b) / 2 + 6, Math.min(a, b) + 18, 1e4)
+                      : above,
+                "text-anchor": end || inside ? "end" : last ? "start" : "middle",
+                class: "strong halo",
+                style: "font-size:17px;fill:var(--meas-ink)",
+            },
+            this.flag,
+            timesText(state.measured[i] / state.model[i]),
+        );
+    }
+
+    // Names at the ends of the curves, one below the other.
+    name() {
+        if (this.phone && !this.small) return;
+        const { state, X, Y, bottom, top } = this,
+            x = this.right + 10,
+            end = state.tau.length - 1;
+        this.labels.replaceChildren();
+        this.inside = [];
+        const names = [
+            ["measured", state.measured[end], "var(--meas-ink)", true],
+            ["model", state.model[end], "var(--model)", true],
+        ];
+        for (const one of this.overlay || [])
+            names.push([one.name, one.deviation.at(-1), "var(--ink)", false]);
+        for (const one of this.small ? [] : state.effects) {
+            const tail = one.deviation[end];
+            if (Y(tail) < bottom) names.push([called(one.kind), tail, "var(--soft)", false]);
+            else this.nameInside(one);
+        }
+        const placed = names
+            .map(([text, value, fill, strong]) => ({
+                text,
+                fill,
+                strong,
+                y: clamp(Y(value) + 4, top + 38, bottom),
+            }))
+            .sort((a, b) => a.y - b.y);
+        for (let round = 0; round < 3; round++) {
+            placed.forEach((one, i) => {
+                if (i && one.y < placed[i - 1].y + 14) one.y = placed[i - 1].y + 14;
+            });
+            for (let i = placed.length - 1; i >= 0; i--)
+                placed[i].y = Math.min(
+                    placed[i].y,
+                    i === placed.length - 1 ? bottom : placed[i + 1].y - 14,
+                );
+        }
+        for (const one of placed)
+            svg(
+                "text",
+                { x, y: one.y, style: `fill:${one.fill}`, class: one.strong ? "strong" : null },
+                this.labels,
+                one.text,
+            );
+    }
+
+    // An effect that leaves the chart below is named where it leaves.
+    nameInside(effect) {
+        const { X, Y, state, bottom } = this;
+        let i = effect.deviation.indexOf(Math.max(...effect.deviation));
+        if (Y(effect.deviation[i]) > bottom) return;
+        while (Y(effect.deviation[i + 1]) < bottom) i += 1;
+        const [y0, y1] = [Y(effect.deviation[i]), Y(effect.deviation[i + 1])],
+            share = (bottom - y0) / (y1 - y0);
+        const left = X(state.tau[i]) + share * (X(state.tau[i + 1]) - X(state.tau[i])) + 4,
+            text = called(effect.kind);
+        const y =
+            bottom -
+            3 -
+            14 *
+                this.inside.filter(([from, to]) => left < to && left + LETTER * text.length > from)
+                    .length;
+        this.inside.push([left, left + LETTER * text.length]);
+        svg("text", { x: left, y, class: "halo" }, this.labels, text);
+    }
+
+    showCursor(tau) {
+        if (!this.ready) return;
+        const { state } = this;
+        this.cursor.setAttribute("opacity", tau === null ? 0 : 0.6);
+        this.readout.textContent = "";
+        if (tau === null) return;
+        const i = state.tau.reduce(
+                (best, one, k) =>
+                    Math.abs(Math.log(one / tau)) < Math.abs(Math.log(state.tau[best] / tau))
+                        ? k
+                        : best,
+                0,
+            ),
+            x = this.X(state.tau[i]);
+        this.cursor.setAttribute("x1", x);
+        this.cursor.setAttribute("x2", x);
+        this.readout.textContent = `${brief(state.tau[i])}: measured ${number(state.measured[i], 2)}, model ${number(state.model[i], 2)}, ${(state.measured[i] / state.model[i]).toFixed(2)}×`;
+    }
+
+    showCell(cell) {
+        if (!this.ready) return;
+        const box = cell ? this.box(cell) : { x: 0, y: 0, width: 0, height: 0 };
+        for (const [name, value] of Object.entries(box)) this.selected.setAttribute(name, value);
+        if (cell) this.showCursor(cell.tau_s);
+    }
 }
