@@ -43,19 +43,26 @@ static void expand(const double turns[], unsigned order, double c[ARMA_ORDER_MOS
     }
 }
 
-/* Squared size of a polynomial in e^(-i angle), over that at 0. */
-static double size_of(const double c[], unsigned order, double cosine, double sine)
+/* Squared size of a polynomial in e^(-i angle), over that at 0 with `scale` of scale_of(). */
+static double size_of(const double c[], unsigned order, double scale, double cosine, double sine)
 {
     double re = 0.0;
     double im = 0.0;
-    double sum = 0.0;
     for (unsigned k = order + 1U; k > 0U; k--) {
         const double next = re * cosine - im * sine + c[k - 1U];
         im = re * sine + im * cosine;
         re = next;
-        sum += c[k - 1U];
     }
-    return (square(re) + square(im) + POWER_LEAST) / (square(sum) + POWER_LEAST);
+    return (square(re) + square(im) + POWER_LEAST) * scale;
+}
+
+static double scale_of(const double c[], unsigned order)
+{
+    double sum = 0.0;
+    for (unsigned k = 0U; k <= order; k++) {
+        sum += c[k];
+    }
+    return 1.0 / (square(sum) + POWER_LEAST);
 }
 
 typedef struct {
@@ -72,12 +79,11 @@ static ratio_t ratio_of(const arma_t *model)
     return ratio;
 }
 
-static double gain_of(const ratio_t *ratio, double angle)
+static double gain_of(const ratio_t *ratio, double cosine, double sine)
 {
-    const double cosine = cos(angle);
-    const double sine = sin(angle);
-    return size_of(ratio->b, ratio->order, cosine, sine) /
-           size_of(ratio->a, ratio->order, cosine, sine);
+    const unsigned order = ratio->order;
+    return size_of(ratio->b, order, scale_of(ratio->b, order), cosine, sine) /
+           size_of(ratio->a, order, scale_of(ratio->a, order), cosine, sine);
 }
 
 static double drifts(const arma_t *model, double angle)
@@ -88,7 +94,17 @@ static double drifts(const arma_t *model, double angle)
 double arma_spectrum(const arma_t *model, double angle, double known, double rounding)
 {
     const ratio_t ratio = ratio_of(model);
-    return exp(model->number[0]) * known * gain_of(&ratio, angle) * drifts(model, angle) + rounding;
+    return exp(model->number[0]) * known * gain_of(&ratio, cos(angle), sin(angle)) *
+               drifts(model, angle) +
+           rounding;
+}
+
+void arma_turn(arma_data_t *data)
+{
+    for (size_t i = 0U; i < data->count; i++) {
+        data->bin[i].cosine = cos(data->bin[i].angle);
+        data->bin[i].sine = sin(data->bin[i].angle);
+    }
 }
 
 void arma_filter(const arma_t *model, davar_filter_t *filter)
@@ -109,18 +125,37 @@ void arma_filter(const arma_t *model, davar_filter_t *filter)
 
 /* --- the likelihood --- */
 
-/* The model at every bin, and without rounding; returns the loss. */
-static double evaluate(const arma_data_t *data, const arma_t *model, double spectrum[],
-                       double passed[])
+/* The model at every bin. */
+typedef struct {
+    double above[ARMA_BINS_MOST]; /* squared size of the zeros' polynomial */
+    double under[ARMA_BINS_MOST]; /* ... and of the poles' */
+    double passed[ARMA_BINS_MOST];
+    double spectrum[ARMA_BINS_MOST]; /* with rounding */
+} curve_t;
+
+static void sizes_of(const arma_data_t *data, const double turns[], unsigned order, double size[])
 {
-    const ratio_t ratio = ratio_of(model);
+    double c[ARMA_ORDER_MOST + 1U];
+    expand(turns, order, c);
+    const double scale = scale_of(c, order);
+    for (size_t i = 0U; i < data->count; i++) {
+        size[i] = size_of(c, order, scale, data->bin[i].cosine, data->bin[i].sine);
+    }
+}
+
+/* Returns the loss. */
+static double evaluate(const arma_data_t *data, const arma_t *model, curve_t *curve)
+{
     const double level = exp(model->number[0]);
     double loss = 0.0;
+    sizes_of(data, &model->number[FIRST_POLE], model->order, curve->under);
+    sizes_of(data, &model->number[FIRST_POLE + model->order], model->order, curve->above);
     for (size_t i = 0U; i < data->count; i++) {
         const arma_bin_t *const bin = &data->bin[i];
-        passed[i] = level * bin->known * gain_of(&ratio, bin->angle) * drifts(model, bin->angle);
-        spectrum[i] = passed[i] + data->rounding;
-        const double over = bin->power / spectrum[i];
+        const double gain = curve->above[i] / curve->under[i];
+        curve->passed[i] = level * bin->known * gain * drifts(model, bin->angle);
+        curve->spectrum[i] = curve->passed[i] + data->rounding;
+        const double over = bin->power / curve->spectrum[i];
         loss += bin->weight * (over - 1.0 - log(over));
     }
     return loss;
@@ -131,41 +166,51 @@ typedef struct {
     double right[ARMA_NUMBERS];
 } normal_t;
 
-/* Derivatives of the logarithm of the spectrum: slope[k][i]. */
-static void differentiate(const arma_data_t *data, const arma_t *model, const double spectrum[],
-                          const double passed[], double (*slope)[ARMA_BINS_MOST])
+/* Derivatives of the logarithm of the spectrum at each bin. */
+typedef double slopes_t[ARMA_BINS_MOST][ARMA_NUMBERS];
+
+static void differentiate(const arma_data_t *data, const arma_t *model, const curve_t *curve,
+                          slopes_t slope)
 {
-    double moved_spectrum[ARMA_BINS_MOST];
-    double moved_passed[ARMA_BINS_MOST];
-    const unsigned numbers = FIRST_POLE + (2U * model->order);
+    double moved[ARMA_BINS_MOST];
     for (size_t i = 0U; i < data->count; i++) {
         const double angle = data->bin[i].angle;
-        slope[0][i] = passed[i] / spectrum[i];
-        slope[1][i] = slope[0][i] / (angle * drifts(model, angle));
-        slope[2][i] = slope[1][i] / angle;
+        slope[i][0] = curve->passed[i] / curve->spectrum[i];
+        slope[i][1] = slope[i][0] / (angle * drifts(model, angle));
+        slope[i][2] = slope[i][1] / angle;
     }
-    for (unsigned k = FIRST_POLE; k < numbers; k++) {
-        arma_t moved = *model;
-        moved.number[k] += STEP;
-        (void)evaluate(data, &moved, moved_spectrum, moved_passed);
+    for (unsigned k = 0U; k < 2U * model->order; k++) {
+        const bool is_pole = (k < model->order);
+        arma_t next = *model;
+        next.number[FIRST_POLE + k] += STEP;
+        sizes_of(data, &next.number[FIRST_POLE + (is_pole ? 0U : model->order)], model->order,
+                 moved);
         for (size_t i = 0U; i < data->count; i++) {
-            slope[k][i] = (moved_spectrum[i] - spectrum[i]) / (STEP * spectrum[i]);
+            const double grown =
+                is_pole ? (curve->under[i] / moved[i]) : (moved[i] / curve->above[i]);
+            slope[i][FIRST_POLE + k] = slope[i][0] * (grown - 1.0) / STEP;
         }
     }
 }
 
 static void make_normal(const arma_data_t *data, unsigned numbers, const double spectrum[],
-                        double (*slope)[ARMA_BINS_MOST], normal_t *normal)
+                        slopes_t slope, normal_t *normal)
 {
     *normal = (normal_t){0};
     for (size_t i = 0U; i < data->count; i++) {
         const double weight = data->bin[i].weight;
         const double excess = weight * (data->bin[i].power / spectrum[i] - 1.0);
         for (unsigned k = 0U; k < numbers; k++) {
-            normal->right[k] += slope[k][i] * excess;
-            for (unsigned l = 0U; l < numbers; l++) {
-                normal->at[k][l] += weight * slope[k][i] * slope[l][i];
+            const double weighted = weight * slope[i][k];
+            normal->right[k] += slope[i][k] * excess;
+            for (unsigned l = 0U; l <= k; l++) {
+                normal->at[k][l] += weighted * slope[i][l];
             }
+        }
+    }
+    for (unsigned k = 0U; k < numbers; k++) {
+        for (unsigned l = 0U; l < k; l++) {
+            normal->at[l][k] = normal->at[k][l];
         }
     }
 }
@@ -240,16 +285,15 @@ static double sigma_of(const normal_t *given, unsigned numbers)
 
 static void improve(const arma_data_t *data, arma_t *model)
 {
-    double spectrum[ARMA_BINS_MOST];
-    double passed[ARMA_BINS_MOST];
-    double slope[ARMA_NUMBERS][ARMA_BINS_MOST];
+    curve_t curve;
+    slopes_t slope;
     const unsigned numbers = FIRST_POLE + (2U * model->order);
     normal_t normal;
     double damp = 1e-3;
-    model->loss = evaluate(data, model, spectrum, passed);
+    model->loss = evaluate(data, model, &curve);
     for (unsigned round = 0U; (round < ROUNDS) && (damp < DAMP_MOST); round++) {
-        differentiate(data, model, spectrum, passed, slope);
-        make_normal(data, numbers, spectrum, slope, &normal);
+        differentiate(data, model, &curve, slope);
+        make_normal(data, numbers, curve.spectrum, slope, &normal);
         free_drifts(model, numbers, &normal);
         const double before = model->loss;
         bool better = false;
@@ -258,7 +302,7 @@ static void improve(const arma_data_t *data, arma_t *model)
             arma_t next;
             if (solve(&damped, numbers, damp)) {
                 move(model, damped.right, numbers, &next);
-                next.loss = evaluate(data, &next, spectrum, passed);
+                next.loss = evaluate(data, &next, &curve);
                 better = (next.loss < before);
                 *model = better ? next : *model;
             }
@@ -269,9 +313,9 @@ static void improve(const arma_data_t *data, arma_t *model)
             break;
         }
     }
-    model->loss = evaluate(data, model, spectrum, passed);
-    differentiate(data, model, spectrum, passed, slope);
-    make_normal(data, numbers, spectrum, slope, &normal);
+    model->loss = evaluate(data, model, &curve);
+    differentiate(data, model, &curve, slope);
+    make_normal(data, numbers, curve.spectrum, slope, &normal);
     free_drifts(model, numbers, &normal);
     model->sigma = sigma_of(&normal, numbers);
 }
@@ -287,10 +331,11 @@ static bool is_low_pass(const arma_data_t *data, const arma_t *model)
     double most = 0.0;
     arma_filter(model, &filter);
     for (size_t i = 0U; i < data->count; i++) {
-        most = fmax(most, gain_of(&ratio, data->bin[i].angle));
+        most = fmax(most, gain_of(&ratio, data->bin[i].cosine, data->bin[i].sine));
     }
+    const arma_bin_t *const flat = &data->bin[FLAT_BIN];
     return (most < PEAK_MOST) && davar_filter_is_valid(&filter) &&
-           (fabs(log(gain_of(&ratio, data->bin[FLAT_BIN].angle))) < UNSEEN_MOST);
+           (fabs(log(gain_of(&ratio, flat->cosine, flat->sine))) < UNSEEN_MOST);
 }
 
 static void try_from(const arma_data_t *data, arma_t *start, arma_t *best)

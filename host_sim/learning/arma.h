@@ -17,6 +17,8 @@ typedef struct {
     double power;
     double weight; /* independent ordinates that vary as exponentials */
     double known;  /* power gain of a part that is known */
+    double cosine; /* of the angle: arma_turn() */
+    double sine;
 } arma_bin_t;
 
 typedef struct {
@@ -35,6 +37,9 @@ typedef struct {
     double loss;  /* negative log-likelihood */
     double sigma; /* standard error of the first number */
 } arma_t;
+
+/* Sets the cosine and the sine of every bin, which a fit needs thousands of times. */
+void arma_turn(arma_data_t *data);
 
 /* Finds the most likely model of that many poles and zeros. `fewer`: that of one order less, where a
  * search begins too; not read for order 0. */

@@ -168,6 +168,7 @@ static void fill_bins(const data_t *data, arma_data_t *bins)
             bins->count++;
         }
     }
+    arma_turn(bins);
 }
 
 /* Bayes' criterion, in units of log-likelihood. */

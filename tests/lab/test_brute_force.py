@@ -13,6 +13,7 @@ from davarlab.candidates import ranking as candidates
 from davarlab.data import events, signals
 from davarlab.data.recording import Recording
 from davarlab.diagnosis import diagnose, fitting, improve
+from davarlab.effects.device import chain_of_levels
 from davarlab.inference import allan, estimate, refine, states, whittle
 from davarlab.inference.parts import Bench, Part
 from elsewhere import telegraph
@@ -38,13 +39,13 @@ def test_levels_as_the_sum_over_all_paths(levels, count):
     for level, noise, stay in ((0.8, 1.0, 0.9), (3.0, 0.2, 0.6), (0.1, 2.0, 0.999)):
         paths = list(every_path(values, level, noise, stay, levels))
         whole = sum(density for _, density in paths)
-        likelihood, state = states.smoothed(values, level, noise, stay, levels)
+        chain = level, noise, stay
+        likelihood, chance = chain_of_levels(values, chain, levels, posterior=True)
+        state = states.places(levels) @ chance
         assert abs(likelihood - np.log(whole)) < 5e-8
         mean = sum(path * density for path, density in paths) / whole
         np.testing.assert_allclose(state, mean, atol=1e-9)
-        if levels == 2:
-            quick = states.two_level_log_likelihood(values, level, noise, stay)
-            assert abs(quick - np.log(whole)) < 5e-8
+        assert chain_of_levels(values, chain, levels)[0] == likelihood
 
 
 def test_the_mean_dwell_says_how_likely_a_level_stays():

@@ -1,6 +1,7 @@
 /* What Python asks of the library: Allan deviations of a recording in windows on a grid, filters as
  * --bandwidth has them, and the filter that a spectrum shows. Built with lib/'s own sources, so the
- * numbers are those of the device. */
+ * numbers are those of the device. And one loop that numpy has no function for: the likelihood of
+ * levels in noise. */
 #include "davar/davar.h"
 #include "davar/fit.h"
 #include "learning/learn.h"
@@ -17,6 +18,8 @@ double davar_lab_edf(int noise, uint32_t m, uint32_t window);
 const char *davar_lab_filter(const char *text, double rate_hz, davar_filter_t *filter);
 int davar_lab_learn(const double bins[][4], size_t count, double rounding, int is_steady,
                     char *text);
+double davar_lab_levels(const double *values, size_t count, const double chain[3], unsigned levels,
+                        double *chance);
 
 static size_t take_full(davar_t *davar, uint32_t window, double *adev, size_t row, size_t rows)
 {
@@ -104,6 +107,7 @@ int davar_lab_learn(const double bins[][4], size_t count, double rounding, int i
         data->bin[data->count] =
             (arma_bin_t){.angle = row[0], .power = row[1], .weight = row[2], .known = row[3]};
     }
+    arma_turn(data);
     learn_choose(data, &choice);
     free(data);
     const learned_t learned = {.status = LEARN_FOUND,
@@ -114,4 +118,122 @@ int davar_lab_learn(const double bins[][4], size_t count, double rounding, int i
         learn_option(&learned, text);
     }
     return (int)((choice.averages > 0U) ? of_averages : (2U * choice.model.order));
+}
+
+#define LEVELS_MOST 8U
+#define TINY 1e-150       /* the least chance, and the least fit */
+#define LOG_TINY (-345.0) /* its logarithm, or less */
+#define SUM_LEAST 1e-100  /* of unscaled chances */
+
+/* Half the distance of neighbouring levels, the noise of a value, and the chances to be on the same
+ * level, or on a certain other one, at the next value. */
+typedef struct {
+    double amplitude;
+    double noise;
+    double stay;
+    double other;
+    unsigned levels;
+} chain_t;
+
+/* How well a value fits each level, over the level that it fits best; returns the logarithm of
+ * that. */
+static double fits_of(const chain_t *chain, double value, double fit[LEVELS_MOST])
+{
+    double most = -HUGE_VAL;
+    for (unsigned l = 0U; l < chain->levels; l++) {
+        const double place = (double)(chain->levels - 1U) - 2.0 * (double)l;
+        const double off = (value - chain->amplitude * place) / chain->noise;
+        fit[l] = -0.5 * off * off;
+        most = (fit[l] > most) ? fit[l] : most;
+    }
+    for (unsigned l = 0U; l < chain->levels; l++) {
+        const double under = fit[l] - most;
+        fit[l] = (under > LOG_TINY) ? exp(under) : TINY;
+    }
+    return most;
+}
+
+/* Scales numbers to a sum of 1; returns the sum. */
+static double scaled(double one[], unsigned count)
+{
+    double sum = 0.0;
+    for (unsigned l = 0U; l < count; l++) {
+        sum += one[l];
+    }
+    for (unsigned l = 0U; l < count; l++) {
+        one[l] /= sum;
+    }
+    return sum;
+}
+
+/* The forward algorithm. Fills the chance of each level given the values up to each, up to a factor,
+ * unless `chance` is null. Returns the log-likelihood. */
+static double forward(const chain_t *chain, const double *values, size_t count, double *chance)
+{
+    double state[LEVELS_MOST];
+    double fit[LEVELS_MOST];
+    double total = -(double)count * log(chain->noise * 2.5066282746310002);
+    double sum = 1.0;
+    for (unsigned l = 0U; l < chain->levels; l++) {
+        state[l] = 1.0 / (double)chain->levels;
+    }
+    for (size_t i = 0U; i < count; i++) {
+        const double from_others = chain->other * sum;
+        total += fits_of(chain, values[i], fit);
+        sum = 0.0;
+        for (unsigned l = 0U; l < chain->levels; l++) {
+            state[l] = fit[l] * (from_others + (chain->stay - chain->other) * state[l]);
+            sum += state[l];
+        }
+        if (sum < SUM_LEAST) {
+            total += log(scaled(state, chain->levels));
+            sum = 1.0;
+        }
+        if (chance != NULL) {
+            memcpy(&chance[i * chain->levels], state, chain->levels * sizeof state[0]);
+        }
+    }
+    return total + log(sum);
+}
+
+/* The backward algorithm: turns the chances given the values up to each into those given all. */
+static void backward(const chain_t *chain, const double *values, size_t count, double *chance)
+{
+    double later[LEVELS_MOST];
+    double fit[LEVELS_MOST];
+    for (unsigned l = 0U; l < chain->levels; l++) {
+        later[l] = 1.0;
+    }
+    for (size_t i = count; i > 0U; i--) {
+        double *const here = &chance[(i - 1U) * chain->levels];
+        (void)scaled(here, chain->levels);
+        for (unsigned l = 0U; l < chain->levels; l++) {
+            here[l] *= later[l];
+        }
+        (void)scaled(here, chain->levels);
+        (void)fits_of(chain, values[i - 1U], fit);
+        for (unsigned l = 0U; l < chain->levels; l++) {
+            later[l] *= fit[l];
+        }
+        (void)scaled(later, chain->levels);
+        for (unsigned l = 0U; l < chain->levels; l++) {
+            later[l] = chain->other + (chain->stay - chain->other) * later[l];
+        }
+    }
+}
+
+/* A symmetric chain of levels in white noise; `given`: half the distance of neighbouring levels, the
+ * noise of a value, and the chance to be on the same level at the next one. Returns the
+ * log-likelihood of the values. chance: of each level, the highest first, at each value, row by
+ * row; or null. */
+double davar_lab_levels(const double *values, size_t count, const double given[3], unsigned levels,
+                        double *chance)
+{
+    const double other = fmax((1.0 - given[2]) / (double)(levels - 1U), TINY);
+    const chain_t chain = {given[0], given[1], given[2], other, levels};
+    const double likelihood = forward(&chain, values, count, chance);
+    if (chance != NULL) {
+        backward(&chain, values, count, chance);
+    }
+    return likelihood;
 }

@@ -283,6 +283,12 @@ class Search:
         "choice (DESIGN 4)",
         "from which the scatter of the products themselves is measured",
     )
+    wide_band: float = threshold(
+        0.1,
+        "of the frequency",
+        "choice",
+        "width of a band from which on it may be the edge of a filter",
+    )
     learned_least: float = threshold(
         0.01,
         "of the rate",

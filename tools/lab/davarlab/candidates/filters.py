@@ -120,12 +120,20 @@ def numbers_of(part: Part) -> int:
     return size + len(refine.numeric_shapes(part))
 
 
+def is_wide(part: Part) -> bool:
+    """A band as wide as the edge of a filter."""
+    shape = part.shape
+    return (
+        part.kind == "narrow_band"
+        and 2 * shape["half_width_hz"] > SEARCH.wide_band * shape["frequency_hz"]
+    )
+
+
 def of_any_shape(bench: Bench, parts: Sequence[Part], fit: Fit) -> Candidate | None:
-    """A low-pass of any shape, in the place of a filter of the list with bands beside it, and of
-    what else imitates the rest of it: slow noise or another filter."""
+    """A low-pass of any shape, in the place of a filter of the list with a wide band beside it, and
+    of what else imitates the rest of it: slow noise or another filter."""
     old = [part for part in parts if part.kind in IMITATE]
-    kinds = {part.kind for part in old}
-    if not kinds & MEMORY or "narrow_band" not in kinds:
+    if not {part.kind for part in old} & MEMORY or not any(map(is_wide, old)):
         return None
     others, part, best = without(parts, old), None, -np.inf
     for _ in range(SEARCH.filter_rounds):

@@ -68,6 +68,14 @@ def library() -> ctypes.CDLL:
         ctypes.c_int,
         ctypes.c_char_p,
     ]
+    found.davar_lab_levels.argtypes = [
+        doubles,
+        ctypes.c_size_t,
+        doubles,
+        ctypes.c_uint,
+        doubles,
+    ]
+    found.davar_lab_levels.restype = ctypes.c_double
     return found
 
 
@@ -99,3 +107,22 @@ def learned(
         _doubles(bins), len(bins), rounding, front is not None, text
     )
     return text.value.decode(), numbers
+
+
+def chain_of_levels(
+    values: Floats, chain: tuple[float, float, float], levels: int, posterior: bool = False
+) -> tuple[float, Floats]:
+    """(log-likelihood of the values, the chance of each level at each) of a symmetric chain of
+    levels in white noise, by the forward and the backward algorithm. chain: half the distance of
+    neighbouring levels, the noise of a value, and the chance to be on the same level at the next
+    one. Up to eight levels, the highest first; without `posterior` the chances are empty."""
+    values, given = np.ascontiguousarray(values, float), np.array(chain, float)
+    chance = np.empty((len(values), levels) if posterior else (0, levels))
+    found: float = library().davar_lab_levels(
+        _doubles(values),
+        len(values),
+        _doubles(given),
+        levels,
+        _doubles(chance) if posterior else None,
+    )
+    return found, chance.T

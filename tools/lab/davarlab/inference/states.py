@@ -10,6 +10,7 @@ from scipy import special
 
 from ..arrays import Floats, Ints
 from ..distributions import chi2_cdf, chi2_sf
+from ..effects.device import chain_of_levels
 from ..thresholds import LEVELS
 
 
@@ -17,16 +18,6 @@ def averaged(x: Floats, block: int) -> Floats:
     count = len(x) // block
     found: Floats = x[: count * block].reshape(count, block).mean(axis=1)
     return found
-
-
-def times(a: Floats, b: Floats) -> tuple[Floats, Floats]:
-    """Products of matrices that stand along the last axis, each scaled to 1, and the logarithms of
-    the scales."""
-    found = a[:, :1] * b[:1]
-    for j in range(1, len(b)):
-        found += a[:, j : j + 1] * b[j : j + 1]
-    scale = found.max(axis=(0, 1))
-    return found / scale, np.log(scale)
 
 
 def places(levels: int) -> Floats:
@@ -43,35 +34,6 @@ def staying(period: float, dwell: float, levels: int = 2) -> float:
     """The chance to be on the same level a period later, when every switch goes to any of the
     others."""
     return (1 + (levels - 1) * exp(-levels / (levels - 1) * period / dwell)) / levels
-
-
-def steps_of(
-    values: Floats, level: float, noise: float, stay: float, levels: int = 2
-) -> tuple[Floats, float]:
-    """One matrix per value: the change of the state, then how well the value fits each level; and
-    the log-likelihood that the scaling took."""
-    lean = -0.5 * ((values - level * places(levels)[:, None]) / noise) ** 2
-    top = lean.max(axis=0)
-    other = (1 - stay) / (levels - 1)
-    change = other + (stay - other) * np.eye(levels)
-    fits = np.exp(np.maximum(lean - top, -600.0))
-    return change[:, :, None] * fits[None, :, :], float(top.sum()) - 0.5 * len(values) * log(
-        2 * pi * noise**2
-    )
-
-
-def two_level_log_likelihood(
-    values: Floats, level: float, noise: float, stay: float, levels: int = 2
-) -> float:
-    """Forward algorithm of a symmetric chain of levels in white noise, as a product of matrices
-    taken in pairs: one pass of numpy per doubling instead of one of Python per value."""
-    steps, total = steps_of(values, level, noise, stay, levels)
-    while steps.shape[-1] > 1:
-        even = steps.shape[-1] // 2 * 2
-        pairs, logs = times(steps[..., 0:even:2], steps[..., 1:even:2])
-        total += float(logs.sum())
-        steps = np.concatenate([pairs, steps[..., even:]], axis=-1)
-    return total + log(float(steps.sum()) / levels)
 
 
 def gauss_markov_log_likelihood(values: Floats, std: float, noise: float, decay: float) -> float:
@@ -124,9 +86,8 @@ def fit_levels(
 
     def loss(p: Sequence[float]) -> float:
         level, spread, dwell = bounded(p[:3])
-        return -two_level_log_likelihood(
-            values - p[3] * level, level, spread, staying(period, dwell, levels), levels
-        )
+        chain = level, spread, staying(period, dwell, levels)
+        return -chain_of_levels(values - p[3] * level, chain, levels)[0]
 
     first = [
         log(std / sqrt(mean_square(levels))),
@@ -168,39 +129,6 @@ def fit_continuum(x: Floats, rate_hz: float, std: float, dwell_s: float, white: 
     return found
 
 
-def running_products(steps: Floats) -> Floats:
-    """The product of the first, the first two, the first three ... matrices, each scaled to 1."""
-    count = steps.shape[-1]
-    if count == 1:
-        return steps
-    even = count // 2 * 2
-    found = np.empty_like(steps)
-    found[..., 0] = steps[..., 0]
-    found[..., 1:even:2] = running_products(times(steps[..., 0:even:2], steps[..., 1:even:2])[0])
-    found[..., 2::2] = times(found[..., 1 : count - 1 : 2], steps[..., 2::2])[0]
-    return found
-
-
-def posterior(values: Floats, level: float, noise: float, stay: float, levels: int = 2) -> Floats:
-    """The chance of each level at each value."""
-    steps = steps_of(values, level, noise, stay, levels)[0]
-    forward = running_products(steps).sum(axis=0)
-    back = np.ones_like(forward)
-    back[:, :-1] = running_products(steps[..., ::-1].swapaxes(0, 1)).sum(axis=0)[:, -2::-1]
-    both = forward * back
-    found: Floats = both / both.sum(axis=0)
-    return found
-
-
-def smoothed(
-    values: Floats, level: float, noise: float, stay: float, levels: int = 2
-) -> tuple[float, Floats]:
-    """(log-likelihood of the chain, posterior mean of its state, -1 .. 1 of two levels) of each
-    value."""
-    chance = posterior(values, level, noise, stay, levels)
-    return two_level_log_likelihood(values, level, noise, stay, levels), places(levels) @ chance
-
-
 def decoded(
     x: Floats,
     rate_hz: float,
@@ -219,12 +147,8 @@ def decoded(
     values = averaged(x, block)
     noise = max(white / sqrt(block / rate_hz), 1e-9)
     stay = staying(block / rate_hz, dwell_s, levels)
-    chance = posterior(values, level, noise, stay, levels)
-    total, state, square = (
-        two_level_log_likelihood(values, level, noise, stay, levels),
-        places(levels) @ chance,
-        places(levels) ** 2 @ chance,
-    )
+    total, chance = chain_of_levels(values, (level, noise, stay), levels, True)
+    state, square = places(levels) @ chance, places(levels) ** 2 @ chance
     doubt = float(np.sum(square - state**2)) / (2 * noise**2)
     known = (
         -0.5 * np.sum((values - level * state) ** 2 / noise**2 + np.log(2 * pi * noise**2))
