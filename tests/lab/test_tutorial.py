@@ -56,6 +56,9 @@ def test_the_whole_story(work):
     subprocess.run(["gcc", *flags, *places, work / "build/gyro_model.h"], check=True)
     missing = (work / "build/missing.html").read_text(encoding="utf-8")
     assert "The model lacks sinusoid" in missing
+    improved = next(command for command in tutorial.commands() if command[1] == "improve")
+    better = (work / improved[improved.index("-o") + 1]).read_text()
+    assert better.startswith("# Added to the given model: sinusoid and temperature. With the ")
 
 
 def test_its_pictures_are_there_and_small():

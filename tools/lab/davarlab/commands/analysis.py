@@ -231,7 +231,7 @@ def improve_one(options: argparse.Namespace) -> One:
     )
     column, output = column_of(options), output_of(options)
     if output:
-        said = [verdict.of_improvement(found)[1]]
+        said = [verdict.of_final_model(found)]
         said += verdict.next_steps(found.unexplained) if found.unexplained else []
         write(axes.called(found.model, column), output, said)
     report(options, recording, model, found)

@@ -533,6 +533,15 @@ def of_improvement(found: Improvement) -> tuple[str, str]:
     return tone, f"{sentence} {outside}" if outside else sentence
 
 
+def of_final_model(found: Improvement) -> str:
+    """The sentences of of_improvement() for the file of the final model, which lacks nothing of
+    what was added."""
+    said = of_improvement(found)[1]
+    if not found.added:
+        return said
+    return said.replace(of_missing(found), f"Added to the given model: {listed(found.added)}.")
+
+
 def final(found: Improvement) -> str:
     """The verdict on the final model."""
     said = adequacy(found.judgement)

@@ -150,7 +150,10 @@ def response(text: str) -> str:
 def bare_value(parameter: Parameter, estimate: Estimate) -> str:
     if isinstance(estimate.value, str):
         return label(parameter) + (response(estimate.value) or course(estimate.value))
-    return f"{label(parameter)}{number(estimate.value, 3)} {parameter.unit.split(' (')[0]}".rstrip()
+    said = f"{label(parameter)}{number(estimate.value, 3)} {parameter.unit.split(' (')[0]}".rstrip()
+    if parameter.name == "multiple":
+        said += f" ({number(60 * estimate.value, 4)} times a speed in rpm)"
+    return said
 
 
 def value_with_interval(parameter: Parameter, estimate: Estimate) -> str:
