@@ -9,7 +9,7 @@ from planner.choice import Impossible
 from planner_case import run
 
 pytestmark = pytest.mark.slow
-GROUPS, WISHES = 20, 10
+GROUPS, BY_DAY, WISHES = 20, 5, 10
 RATES = (25, 50, 60, 100, 104, 200, 240, 400, 500, 833, 960, 1000, 2000, 4000, 8000)
 SHARES = (0.05, 0.1, 0.25, 0.4)
 
@@ -76,7 +76,10 @@ def judged(words):
     return [f"{name} of {words}: {found}, {promise}" for name, is_so in failed.items() if is_so]
 
 
-@pytest.mark.parametrize("group", range(GROUPS))
+@pytest.mark.parametrize(
+    "group",
+    [pytest.param(group, marks=[pytest.mark.soak] * (group >= BY_DAY)) for group in range(GROUPS)],
+)
 def test_promises_are_kept(group):
     draw = random.Random(f"wishes {group}")
     results = [judged(wish(draw)) for _ in range(WISHES)]
