@@ -255,7 +255,11 @@ def test_a_second_run_does_nothing_and_a_changed_file_is_done_again(made, some):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "number, status", [(signal.SIGINT, 130), (signal.SIGKILL, -signal.SIGKILL)]
+    "number, status",
+    [
+        (signal.SIGINT, 130),
+        pytest.param(signal.SIGKILL, -signal.SIGKILL, marks=pytest.mark.soak),
+    ],
 )
 def test_a_run_that_was_ended_goes_on(made, some, number, status):
     folder = some(INTERRUPTED)

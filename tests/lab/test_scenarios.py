@@ -4,6 +4,7 @@ statistics in full.
 """
 
 import functools
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -325,15 +326,21 @@ SCENARIOS = {
     "a steady line": added(0.01 * np.sin(2 * np.pi * 7.3 * TIME), "sinusoid", seed=(8,)),
     **{f"a cutoff at {share}": low_passed(share) for share in (0.03, 0.1, 0.2, 0.3, 0.42)},
 }
-# One of each way to find something; the quick gear leaves the others out.
+# One of each way to find something; the quick gear leaves the others out. Further seeds of a row
+# run at night.
 QUICK = {
     *("clean", "temperature", "line", "turned by hand", "dead_zone, 1", "late heat, one cycle"),
     *("a temperature of the model felt late", "a random walk", "a step", "a visit"),
 }
-ROWS = [
-    pytest.param(name, marks=[pytest.mark.slow] * (name not in QUICK), id=name)
-    for name in SCENARIOS
-]
+
+
+def marks_of(name):
+    if re.search(r", [2-9]$", name):
+        return [pytest.mark.soak]
+    return [] if name in QUICK else [pytest.mark.slow]
+
+
+ROWS = [pytest.param(name, marks=marks_of(name), id=name) for name in SCENARIOS]
 
 
 def as_list(value):

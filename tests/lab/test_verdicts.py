@@ -368,7 +368,13 @@ RECORDED = [  # an axis of each that takes seconds
 @pytest.mark.slow
 @pytest.mark.skipif(not RECORDED, reason="the real recordings are absent")
 @pytest.mark.parametrize(
-    "path, column", RECORDED, ids=lambda one: str(getattr(one, "name", one))[:18]
+    "path, column",
+    # turntables have many lines, and take as long as all others together
+    [
+        pytest.param(path, column, marks=[pytest.mark.soak] * ("40deg" in path.name))
+        for path, column in RECORDED
+    ],
+    ids=lambda one: str(getattr(one, "name", one))[:18],
 )
 def test_terminal_and_page_give_the_same_answer(path, column):
     made = recordings.read(path)

@@ -9,7 +9,7 @@ from planner.choice import Impossible
 from planner_case import run
 
 pytestmark = pytest.mark.slow
-GROUPS, BY_DAY, WISHES = 20, 5, 10
+GROUPS, BY_DAY, WISHES = 20, 4, 10
 RATES = (25, 50, 60, 100, 104, 200, 240, 400, 500, 833, 960, 1000, 2000, 4000, 8000)
 SHARES = (0.05, 0.1, 0.25, 0.4)
 

@@ -18,7 +18,7 @@ double davar_lab_edf(int noise, uint32_t m, uint32_t window);
 const char *davar_lab_filter(const char *text, double rate_hz, davar_filter_t *filter);
 int davar_lab_learn(const double bins[][4], size_t count, double rounding, int is_steady,
                     char *text);
-double davar_lab_levels(const double *values, size_t count, const double chain[3], unsigned levels,
+double davar_lab_levels(const double *values, size_t count, const double given[3], unsigned levels,
                         double *chance);
 
 static size_t take_full(davar_t *davar, uint32_t window, double *adev, size_t row, size_t rows)
