@@ -1,4 +1,4 @@
-"""The linters: layout, common mistakes and types of C, Python and shell."""
+"""The linters: layout, common mistakes and types of C, Python, shell and the workbench's page."""
 
 import functools
 import json
@@ -21,6 +21,7 @@ CPPCHECK = "cppcheck --quiet --error-exitcode=1 --std=c11 --inline-suppr -j2"
 CPPCHECK += " --suppressions-list=cmake/cppcheck.txt"
 INCLUDES = (*c_library.PUBLIC, "port/include", "port/node", "host_sim")
 BESIDE = Path(sys.executable).parent  # programs of the tests' own Python
+PAGE = ("tools/lab/davarlab/workbench/page", "tools/lab/davarlab/report")  # its .js and .css
 
 
 def run(*words):
@@ -139,3 +140,62 @@ def test_shellcheck():
     ]
     assert shutil.which("shellcheck") and scripts
     run("shellcheck", "--external-sources", "--source-path=SCRIPTDIR", *sorted(scripts))
+
+
+@pytest.fixture(scope="module")
+def node():
+    """Runs a program of a pinned package of npm. Returns its exit status and output."""
+    made = subprocess.run(
+        ["bash", "-c", ". tools/support/setup.sh && node_packages"],
+        cwd=ROOT,
+        text=True,
+        capture_output=True,
+    )
+    assert made.returncode == 0, made.stdout + made.stderr
+    programs = Path(made.stdout.strip()) / "node_modules/.bin"
+
+    def run_program(name, *words):
+        done = subprocess.run([programs / name, *words], cwd=ROOT, text=True, capture_output=True)
+        return done.returncode, done.stdout + done.stderr
+
+    return run_program
+
+
+def test_prettier(node):
+    status, output = node("prettier", "--check", *(f"{one}/**/*.{{js,css}}" for one in PAGE))
+    assert status == 0, output
+
+
+def test_tsc(node):
+    status, output = node("tsc", "--project", "tools/lab")
+    assert status == 0, output
+
+
+CHANGES = {
+    "a method that the report calls": (
+        "chart/allan.js",
+        "    showBefore(",
+        "    showPrevious(",
+        "report/drawing.js",
+    ),
+    "a module": ("main.js", "/page/api.js", "/page/apis.js", "page/main.js"),
+    "a function": ("words.js", "export function duration(", "function duration(", "chart/scale.js"),
+    "an argument": ("words.js", "duration(s, digits = 3)", "duration()", "chart/scale.js"),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_tsc_finds(change, node, tmp_path):
+    """A change of one module breaks another one that uses it."""
+    module, old, new, user = CHANGES[change]
+    for name in ("tsconfig.json", "page.d.ts"):
+        shutil.copy(ROOT / "tools/lab" / name, tmp_path)
+    for folder in PAGE:
+        target = tmp_path / Path(folder).relative_to("tools/lab")
+        shutil.copytree(ROOT / folder, target)
+    changed = tmp_path / "davarlab/workbench/page" / module
+    text = changed.read_text()
+    assert old in text
+    changed.write_text(text.replace(old, new))
+    status, output = node("tsc", "--project", tmp_path)
+    assert status and user in output, output

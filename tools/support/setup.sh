@@ -36,6 +36,7 @@ have() {
     libgpiod-dev) includes gpiod.h ;;
     linux-source-6.1) [[ -e /usr/src/linux-source-6.1.tar.xz ]] && dpkg-query --show "$1" >/dev/null 2>&1 ;;
     can-utils) command -v candump >/dev/null ;;
+    nodejs) command -v node >/dev/null ;;
     gpiod) command -v gpiomon >/dev/null ;;
     iproute2) command -v ip >/dev/null ;;
     xz-utils) command -v xz >/dev/null ;;
@@ -134,4 +135,26 @@ python_environment() {
         ) 9>"$logs/$1.lock" || return 1
     fi
     echo "$folder/bin/python"
+}
+
+make_node_packages() {
+    rm -rf "$2" && mkdir "$2" && cp "$1"/package*.json "$2" &&
+        npm ci --prefix "$2" --ignore-scripts --no-audit --no-fund && touch "$2/complete"
+}
+
+# node_packages: prints build/npm, which has the programs of tools/support/npm. Makes it if it is
+# missing or the pins have changed. Concurrent calls run one after the other.
+node_packages() {
+    local pins=$root/tools/support/npm folder=$root/build/npm
+    made() { [[ -e $folder/complete ]] && cmp -s "$pins/package-lock.json" "$folder/package-lock.json"; }
+    if ! made; then
+        need nodejs npm
+        (
+            ! command -v flock >/dev/null || flock 9
+            made && exit # another call made it
+            note "making build/npm (once)"
+            quietly npm.log make_node_packages "$pins" "$folder" 9>&-
+        ) 9>"$logs/npm.lock" || return 1
+    fi
+    echo "$folder"
 }

@@ -200,7 +200,7 @@ function moveTo(from, to, turn) {
             const t = Math.min(1, (time - started) / STEP_MS),
                 eased = t < 0.5 ? 4 * t ** 3 : 1 - (2 - 2 * t) ** 3 / 2;
             if (turn !== now.turn || t >= 1) {
-                done();
+                done(null);
                 return;
             }
             now.drawn = curve.between(from, to, eased);
@@ -254,7 +254,7 @@ document.addEventListener("keydown", (event) => {
     if (planning() && event.key !== "?") return; // the other keys act on the model
     if (keys[event.key]) keys[event.key]();
     else if (/^[1-3]$/.test(event.key))
-        document.querySelectorAll("#next > .card > .candidate")[event.key - 1]?.click();
+        document.querySelectorAll("#next > .card > .candidate")[Number(event.key) - 1]?.click();
     else return;
     event.preventDefault();
 });

@@ -30,6 +30,7 @@ export const errorText = (value) =>
           ? Number(value).toFixed(3)
           : number(value);
 
+/** @type {[number, string][]} */
 const UNITS = [
     [86400, "d"],
     [3600, "h"],

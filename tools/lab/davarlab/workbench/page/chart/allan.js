@@ -21,20 +21,21 @@ export class AllanChart {
     constructor(
         place,
         state,
-        { range, zoom = null, length, span, small = false, overlay = null, unit, label = null },
+        { range, zoom = null, length = 0, span, small = false, overlay = null, unit, label = null },
     ) {
         const made = canvas(place, small ? "Allan deviation, measured and model" : label);
         this.ready = Boolean(made);
         if (!made) return;
-        Object.assign(this, made, {
-            state,
-            small,
-            length,
-            span,
-            overlay,
-            unit,
-            phone: made.width < PHONE,
-        });
+        this.drawing = made.drawing;
+        this.width = made.width;
+        this.height = made.height;
+        this.phone = made.width < PHONE;
+        this.state = state;
+        this.small = small;
+        this.length = length;
+        this.span = span;
+        this.overlay = overlay;
+        this.unit = unit;
         this.place(range, zoom);
         this.grid();
         this.layers();
@@ -120,12 +121,14 @@ export class AllanChart {
 
     ratioGrid(grid) {
         const { R, left, right, ratioTop, ratioBottom, phone } = this;
-        for (const [value, text] of [
+        /** @type {[number, string][]} */
+        const named = [
             [0.5, "½×"],
             [1, "1"],
             [2, "2×"],
             [4, "4×"],
-        ]) {
+        ];
+        for (const [value, text] of named) {
             svg(
                 "line",
                 {

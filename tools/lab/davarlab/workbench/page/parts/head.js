@@ -57,7 +57,7 @@ export function headline() {
 }
 
 document.addEventListener("click", (event) => {
-    if (at("why")?.open && !at("why").contains(event.target)) at("why").open = false;
+    if (at("why")?.open && !event.target.closest("#why")) at("why").open = false;
 });
 document.addEventListener("keydown", (event) => {
     if (event.key === "Escape" && at("why")?.open) {

@@ -172,10 +172,10 @@ async function demo() {
         const eased = moved * moved * (3 - 2 * moved),
             state =
                 one < last ? between(steps[one], steps[one + 1], Math.min(1, eased)) : steps[last],
-            number = Math.min(last, one + (eased > 0.5));
+            number = Math.min(last, one + Number(eased > 0.5));
         chart.update(state);
         if (at("demo-said").dataset.number !== String(number) || eased) {
-            at("demo-said").dataset.number = number;
+            at("demo-said").dataset.number = String(number);
             fill(
                 "demo-said",
                 element("span", { class: "soft" }, said[number]),

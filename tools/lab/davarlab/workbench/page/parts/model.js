@@ -12,7 +12,7 @@ const SHORT = {
 };
 export const titled = (card) =>
     (card.parameters[0]?.unit === "m/s/sqrt(h)" ? "VRW" : SHORT[card.kind]) || capital(card.title);
-let moved = () => {}; // draws a moving state
+let moved = null; // draws a moving state
 
 export function whenMoved(work) {
     moved = work;

@@ -26,7 +26,7 @@ export function undoing() {
     at("redo").onclick = () => child && acting("Redoing", "go", { number: child.number });
 }
 
-let leave = () => {};
+let leave = null;
 export function whenUncut(work) {
     leave = work;
 }

@@ -102,7 +102,7 @@ export function heard(news) {
     if (early || !standing || news.count < count) return;
     take(news.rows.slice(Math.max(0, count - (news.count - news.rows.length))));
     [standing, count] = [news, news.count];
-    at("live").dataset.count = count;
+    at("live").dataset.count = String(count);
     if (!frozen) draw();
 }
 

@@ -11,7 +11,8 @@ const LATE_MS = 300; // an answer that takes longer dims the one before it
 
 // Option, label, values from left to right ("": not stated), words for "not stated", words for a value.
 const seconds = (text) => duration(Number(text));
-const WISHES = [
+/** @type {[string, string, any[], string, (text: string) => string][]} */
+const SLIDERS = [
     [
         "respond",
         "Respond within",
@@ -115,7 +116,8 @@ const WISHES = [
         "none",
         (text) => text,
     ],
-].map(([option, label, values, unstated, said]) => ({
+];
+const WISHES = SLIDERS.map(([option, label, values, unstated, said]) => ({
     option,
     label,
     values: values.map(String),
@@ -396,7 +398,7 @@ async function find() {
     const turn = ++asked;
     let found;
     flying += 1;
-    at("plan").setAttribute("aria-busy", true);
+    at("plan").setAttribute("aria-busy", "true");
     late ??= setTimeout(() => old(true), LATE_MS);
     try {
         found = await query("plan", wishes);
@@ -413,7 +415,7 @@ async function find() {
         clearTimeout(late);
         late = null;
         old(false);
-        at("plan").setAttribute("aria-busy", false);
+        at("plan").setAttribute("aria-busy", "false");
     }
 }
 

@@ -6,6 +6,7 @@ import { element } from "/page/words.js";
 
 const MPS_PER_H_PER_UG = 9.80665e-6 * 3600; // m/s/h in a µg
 
+/** @type {[string, string, ...[string, string, number][]][]} */
 const FIELDS = [
     ["angle_random_walk", "sheet-arw", ["ARW", "deg/√h", 1], ["VRW", "m/s/√h", 1]],
     [

@@ -9,7 +9,7 @@ let view = "residual",
     reach = null,
     reachOf = null,
     zoomed = null,
-    over = { column: null, of: null, found: null };
+    over = { of: null, found: null };
 
 const VIEWS = [
     ["residual", "Over model"],
