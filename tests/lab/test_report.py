@@ -121,7 +121,7 @@ def test_a_page_fetches_nothing(made, name):
     code = re.search(r"<script>(.*?)</script>", text, re.DOTALL).group(1)
     digest = base64.b64encode(hashlib.sha256(code.encode()).digest()).decode()
     assert f"default-src 'none'; script-src 'sha256-{digest}'; style-src" in text
-    assert not re.search(r"fetch\(|XMLHttpRequest|import\b|WebSocket|innerHTML", code)
+    assert not re.search(r"fetch\(|XMLHttpRequest|(import|export)\b|WebSocket|innerHTML", code)
     without = text.replace(code, "")
     assert not re.search(r"https?:|//\w|@import|url\(|<link|<iframe|<object|<img", without)
     kinds = [a.get("type") for tag, a in page.tags if tag == "script"]
