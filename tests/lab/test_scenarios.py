@@ -245,6 +245,10 @@ SCENARIOS = {
         )
         for seed in (1, 2, 3)
     },
+    # a wide band and an average pass for both until a second, sharp band appears
+    "a sharp band beside a filter": from_awkward(
+        "low_band + butterworth", 5102, "low_pass", "narrow_band", seconds=600.0
+    ),
     **{
         f"slow noise behind an average, {seed}": from_awkward(
             "gauss_markov + average_of_several",

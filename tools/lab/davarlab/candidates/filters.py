@@ -131,10 +131,20 @@ def is_wide(part: Part) -> bool:
 
 def of_any_shape(bench: Bench, parts: Sequence[Part], fit: Fit) -> Candidate | None:
     """A low-pass of any shape, in the place of a filter of the list with a wide band beside it, and
-    of what else imitates the rest of it: slow noise or another filter."""
+    of what else imitates the rest of it: slow noise or another filter. Sharp bands go with them, or
+    stay as bands, whichever is likelier."""
     old = [part for part in parts if part.kind in IMITATE]
     if not {part.kind for part in old} & MEMORY or not any(map(is_wide, old)):
         return None
+    wide = [part for part in old if part.kind != "narrow_band" or is_wide(part)]
+    found = [in_place_of(bench, parts, fit, one) for one in ([old] if wide == old else [old, wide])]
+    return max(filter(None, found), key=lambda one: one.gain, default=None)
+
+
+def in_place_of(
+    bench: Bench, parts: Sequence[Part], fit: Fit, old: Sequence[Part]
+) -> Candidate | None:
+    """A low-pass of any shape in the place of these parts."""
     others, part, best = without(parts, old), None, -np.inf
     for _ in range(SEARCH.filter_rounds):
         trial, numbers = shape_of(bench, others, part)
@@ -146,7 +156,8 @@ def of_any_shape(bench: Bench, parts: Sequence[Part], fit: Fit) -> Candidate | N
         if part and gain < best - 1:
             break
         part, best = trial, gain
-    if not part or part.shape["cutoff_hz"] < SEARCH.learned_least * bench.data.rate_hz:
+    least, most = SEARCH.learned_least * bench.data.rate_hz, bench.data.rate_hz / 2
+    if not part or not least <= part.shape["cutoff_hz"] < most:
         return None
     whole = [*others, part]
     left = bench.whitened(whole, bench.fit(whole))
