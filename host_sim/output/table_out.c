@@ -67,7 +67,7 @@ void table_out_row(rows_out_t *rows, const char *channel, const epoch_row_t *row
         rows_out_put(rows, text);
     }
     rows_out_put(rows, walk->present ? "" : reason_of(result->noise));
-    rows_out_put(rows, result->unstable ? "  unstable" : "");
+    rows_out_put(rows, result->unstable ? "  noise may be changing" : "");
     rows_out_put(rows, ((row->report != NULL) && row->report->alarm) ? "  ALARM" : "");
     rows_out_put(rows, "\n");
 }
