@@ -81,6 +81,17 @@ def test_a_core_that_is_too_slow_for_single_samples_gets_the_size_of_a_block():
     assert planned(f"{SLOW_CORE} --clock {1.01 * free['worst_mhz']}")["remarks"] == []
 
 
+@pytest.mark.parametrize("more", ("", " --respond 2 --axes 3", " --arw-percent 5"))
+def test_an_engine_that_is_stated_is_taken(more):
+    words = f"--rate 1000 --lsb 0.05 --bandwidth none --core cortex-m4f{more}"
+    slide, grid = (planned(f"{words} --engine {engine}") for engine in ("slide", "grid"))
+    assert [one["engine"] for one in (slide, grid)] == ["slide", "grid"]
+    assert slide["worst_push_instructions"] < grid["worst_push_instructions"]
+    assert slide["mean_instructions"] < grid["mean_instructions"]
+    assert slide["ram_bytes"] > grid["ram_bytes"]
+    assert planned(words)["engine"] in ("slide", "grid")
+
+
 # --- impossible wishes ---
 
 SLOW_ALARM = (
@@ -205,9 +216,13 @@ BAD_VALUES = {
     "--rail": "9",
     "--motion": "fast flight",
     "--full-scale": "500",
+    "--engine": "auto slide",
 }
+PLAIN_OF = {"--engine": f"{PLAIN} --false-alarms-per-hour 1"}
 BAD += [
-    (f"{PLAIN} {option} {one}", option) for option, of in BAD_VALUES.items() for one in of.split()
+    (f"{PLAIN_OF.get(option, PLAIN)} {option} {one}", option)
+    for option, of in BAD_VALUES.items()
+    for one in of.split()
 ]
 BAD += [(f"{PLAIN} {word}", word.partition("=")[0]) for word in ("--json=1", "--taus=1,2", "--ram")]
 

@@ -42,6 +42,8 @@ What you have
                        at rest, which needs less flash; flight: as none, and a floor per axis,
                        which bounds the noise between rotor lines and motion (slow if --flash and
                        --ram allow it without fewer terms)
+  --engine ENGINE      slide: fewer instructions, and no push takes much longer than another; grid:
+                       less RAM (the one that needs less memory)
   --core CORE          {cores}
   --flash BYTES        that davar may use; 24k is 24576
   --ram BYTES          the same, without the stack

@@ -129,7 +129,7 @@ def candidates(wishes: Wishes) -> Iterator[tuple[float, list[Design]]]:
     yield percent, _reaching(design.fixed_of_window, wishes, percent)
     if wishes.arw_percent is None:
         yield PERCENT_STILL_USEFUL, design.fixed(wishes)
-    if wishes.respond_s is not None:
+    if wishes.respond_s is not None and wishes.engine != "slide":  # glr has a grid
         yield percent, _reaching(design.glr, wishes, percent)
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from . import programs
 from .floors import Floor, floor
-from .wishes import Wishes
+from .wishes import ENGINES, Wishes
 
 RESPOND_S = 5.0  # usual wishes
 ARW_PERCENT = 10.0
@@ -145,6 +145,13 @@ def _with_cascade(design: Design) -> Iterator[Design]:
             yield replace(design, fit=fit, cascade_shortest=shortest, cascade_taus=count)
 
 
+def _engines(wishes: Wishes, stride: int) -> tuple[str, ...]:
+    """Those to choose from: a grid needs a stride."""
+    if stride == 1:
+        return ("slide",)
+    return (wishes.engine,) if wishes.engine else ENGINES
+
+
 def _fixed(wishes: Wishes, strides: Iterable[float]) -> Iterator[Design]:
     """Fixed windows with these strides for each of WINDOWS, or the longest ones."""
     for results, wished in zip(WINDOWS, strides):
@@ -152,7 +159,7 @@ def _fixed(wishes: Wishes, strides: Iterable[float]) -> Iterator[Design]:
         window = results * stride
         if window >= WINDOW_LEAST:
             taus = _taus(wishes, window)
-            for engine in ("slide", "grid") if stride > 1 else ("slide",):
+            for engine in _engines(wishes, stride):
                 base = Design(wishes, "fixed", engine, "arw", window, window, stride, taus)
                 yield from _with_cascade(base)
 

@@ -11,6 +11,7 @@ from . import sensors
 
 TYPES = ("int16", "int32", "float")
 MOTIONS = ("none", "slow", "flight")
+ENGINES = ("slide", "grid")
 AXES_MOST = 16
 FLAGS = ("--json", "--self-contained", "--simulate")
 OF_THE_PROGRAM = {  # options of the program in C
@@ -38,6 +39,7 @@ class Wishes:
     noise: float | None = None  # typical angle random walk, deg/sqrt(h)
     lost_percent: float = 1.0  # of the samples
     motion: str | None = None
+    engine: str | None = None
     respond_s: float | None = None
     arw_percent: float | None = None
     longest_tau_s: float | None = None
@@ -119,6 +121,7 @@ def _readers(cores: Sequence[str]) -> dict[str, tuple[str, Callable[[str], objec
         "--noise": ("noise", _above_0("deg/sqrt(h)")),
         "--lost": ("lost_percent", _number(0, 20, "a number from 0 to 20")),
         "--motion": ("motion", _one_of(MOTIONS)),
+        "--engine": ("engine", _one_of(ENGINES)),
         "--respond": ("respond_s", _above_0("seconds")),
         "--arw-percent": ("arw_percent", _number(0.1, 50, "a number from 0.1 to 50")),
         "--longest-tau": ("longest_tau_s", _above_0("seconds")),
@@ -197,6 +200,10 @@ def checked(wishes: Wishes) -> Wishes:
         raise BadOption("--lsb: not with --type float, whose samples are in deg/s")
     if wishes.longest_tau_s is not None and wishes.longest_tau_s * wishes.rate_hz < 1:
         raise BadOption("--longest-tau: shorter than one sample; expected seconds")
+    if wishes.engine == "slide" and wishes.false_alarms_per_hour is not None:
+        raise BadOption(
+            "--engine: slide has no alarms: leave out --false-alarms-per-hour, or use grid"
+        )
     if wishes.motion == "flight" and wishes.type == "float":
         raise BadOption("--motion: flight needs counts: state --type int16 or int32, and --lsb")
     if wishes.motion == "flight" and wishes.bandwidth is None:
