@@ -50,25 +50,16 @@ def ulog(path, truth, gyros=2):
     format, and pyulog reads them.
     """
 
-    def message(kind, body):
-        return struct.pack("<HB", len(body), ord(kind)) + body
-
     fields = (
         "uint64_t timestamp;uint64_t timestamp_sample;uint32_t device_id;"
         "float x;float y;float z;float temperature"
     )
-    out = b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 0) + message("B", bytes(40))
-    out += b"".join(
-        message("F", f"{topic}:{fields};".encode()) for topic in ("sensor_gyro", "sensor_accel")
-    )
     topics = [("sensor_gyro", one) for one in range(gyros)] + [("sensor_accel", 0)]
-    out += b"".join(
-        message("A", struct.pack("<BH", one, number) + topic.encode())
-        for number, (topic, one) in enumerate(topics)
-    )
+    out = ulog_head({"sensor_gyro": fields, "sensor_accel": fields}, topics)
 
     def data(topic, unit, us, values, temp):
-        return message("D", struct.pack("<HQQI4f", topic, us + 150, us, unit, *values, temp))
+        body = struct.pack("<HQQI4f", topic, us + 150, us, unit, *values, temp)
+        return ulog_message("D", body)
 
     for place, us in enumerate(boot_us(truth)):
         temp = truth.temp[place]
@@ -79,6 +70,45 @@ def ulog(path, truth, gyros=2):
     Path(path).write_bytes(out)
 
 
+def ulog_message(kind, body):
+    return struct.pack("<HB", len(body), ord(kind)) + body
+
+
+def ulog_head(formats, topics):
+    """What stands before the data: name -> fields, and (name, instance) of each topic."""
+    out = b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 0) + ulog_message("B", bytes(40))
+    for topic, fields in formats.items():
+        out += ulog_message("F", f"{topic}:{fields};".encode())
+    for number, (topic, one) in enumerate(topics):
+        out += ulog_message("A", struct.pack("<BH", one, number) + topic.encode())
+    return out
+
+
+FIFO = (
+    "uint64_t timestamp;uint64_t timestamp_sample;uint32_t device_id;float dt;float scale;"
+    "int16_t[32] x;int16_t[32] y;int16_t[32] z;uint8_t samples;uint8_t[3] _padding0"
+)
+
+
+def fifo(path, counts, rate_hz, scale, sizes, first_us=5_000_000):
+    """PX4: sensor_gyro_fifo (SensorGyroFifo.msg) of counts (3 rows), in messages of these sizes by
+    turns; timestamp_sample is that of the last sample of each."""
+    out, place, turn = ulog_head({"sensor_gyro_fifo": FIFO}, [("sensor_gyro_fifo", 0)]), 0, 0
+    while place < counts.shape[1]:
+        part = counts[:, place : place + sizes[turn % len(sizes)]]
+        place, turn = place + part.shape[1], turn + 1
+        us = first_us + round((place - 1) * 1e6 / rate_hz)
+        axes = np.zeros((3, 32), "<i2")
+        axes[:, : part.shape[1]] = part
+        out += ulog_message(
+            "D",
+            struct.pack("<HQQIff", 0, us + 300, us, 7, 1e6 / rate_hz, scale)
+            + axes.tobytes()
+            + struct.pack("<B", part.shape[1]),
+        )
+    Path(path).write_bytes(out)
+
+
 def boot_us(truth):
     return ((truth.stamps_ns - START_NS) // 1000 + 5_000_000).tolist()
 
@@ -86,13 +116,8 @@ def boot_us(truth):
 def dataflash(path, truth, instances=2):
     """ArduPilot: FMT messages, then IMU with an instance field. pymavlink cannot write these."""
 
-    def named(kind, length, name, form, columns):
-        return struct.pack("<BBB", 0xA3, 0x95, 0x80) + struct.pack(
-            "<BB4s16s64s", kind, length, name, form, columns
-        )
-
-    out = named(0x80, 89, b"FMT", b"BBnNZ", b"Type,Length,Name,Format,Columns")
-    out += named(
+    out = dataflash_format(0x80, 89, b"FMT", b"BBnNZ", b"Type,Length,Name,Format,Columns")
+    out += dataflash_format(
         0x81, 3 + 8 + 1 + 28, b"IMU", b"QBfffffff", b"TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ,T"
     )
     for place, us in enumerate(boot_us(truth)):
@@ -100,6 +125,30 @@ def dataflash(path, truth, instances=2):
         for one in range(instances):
             numbers = (*(truth.rad_s[:, place] * (one + 1)), *rest)
             out += struct.pack("<BBBQB7f", 0xA3, 0x95, 0x81, us, one, *numbers)
+    Path(path).write_bytes(out)
+
+
+def dataflash_format(kind, length, name, form, columns):
+    return struct.pack("<BBB", 0xA3, 0x95, 0x80) + struct.pack(
+        "<BB4s16s64s", kind, length, name, form, columns
+    )
+
+
+def batches(path, found):
+    """ArduPilot: the batch sampler (AP_InertialSensor/LogStructure.h). found: (type,
+    instance, counts per unit, first stamp in us, rate in Hz, counts in 3 rows) of each batch."""
+    out = dataflash_format(0x80, 89, b"FMT", b"BBnNZ", b"Type,Length,Name,Format,Columns")
+    out += dataflash_format(
+        0x82, 31, b"ISBH", b"QHBBHHQf", b"TimeUS,N,type,instance,mul,smp_cnt,SampleUS,smp_rate"
+    )
+    out += dataflash_format(0x83, 207, b"ISBD", b"QHHaaa", b"TimeUS,N,seqno,x,y,z")
+    for number, (kind, one, mul, us, rate_hz, counts) in enumerate(found):
+        head = us + 900, number, kind, one, mul, counts.shape[1], us, rate_hz
+        out += b"\xa3\x95\x82" + struct.pack("<QHBBHHQf", *head)
+        for seqno in range(counts.shape[1] // 32):
+            part = np.ascontiguousarray(counts[:, seqno * 32 : seqno * 32 + 32], "<i2")
+            out += b"\xa3\x95\x83" + struct.pack("<QHH", us + 1000, number, seqno)
+            out += part.tobytes()
     Path(path).write_bytes(out)
 
 

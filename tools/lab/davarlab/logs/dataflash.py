@@ -1,5 +1,9 @@
 """ArduPilot DataFlash (.bin, or .log as text), indexed by pymavlink, whose format messages say what
-is where. Gyros in rad/s, accelerometers in m/s^2."""
+is where. Gyros in rad/s, accelerometers in m/s^2.
+
+The batch sampler (INS_LOG_BAT_MASK) logs batches of raw samples with pauses between them: ISBH has
+the time of the first sample, the rate and the counts per unit; each ISBD after it has 32
+samples."""
 
 import contextlib
 import io
@@ -9,6 +13,7 @@ import sys
 import tempfile
 from array import array
 from collections.abc import Iterator, Sequence
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -24,7 +29,10 @@ from .sensor import Numbers, Samples, Sensor
 
 FIELDS = {"gyro": ("GyrX", "GyrY", "GyrZ"), "accel": ("AccX", "AccY", "AccZ"), "temp": ("T",)}
 KINDS = re.compile(r"^(IMU|GYR|ACC)([123]?)$")
+BATCHES = {0: ("ISB_ACC", "accel"), 1: ("ISB_GYR", "gyro")}  # by the field `type` of ISBH
+BATCH_CLOCK, PER_MESSAGE = "SampleUS + n / smp_rate", 32
 CLOCKS = (
+    (BATCH_CLOCK, 1),
     ("SampleUS", 1000),
     ("TimeUS", 1000),
     ("TimeMS", 1_000_000),
@@ -58,12 +66,13 @@ def silenced() -> Iterator[list[str]]:
 
 
 class Log:
-    """sensors: of the log; rows: name -> (Message or TextMessage, places of its messages)."""
+    """sensors: of the log; rows: name -> (Source, places of its messages)."""
 
     def __init__(self, path: StrPath, options: Options) -> None:
         self.path = path
         self.sensors: list[Sensor] = []
-        self.rows: dict[str, tuple[Message | TextMessage, Ints]] = {}
+        self.rows: dict[str, tuple[Source, Ints]] = {}
+        batched: dict[str, tuple[Message, Ints]] = {}
         with silenced() as said:
             log = DFReader.DFReader_binary(str(path))
         self.notes = (
@@ -84,6 +93,8 @@ class Log:
                 match = KINDS.match(form.name)
                 if len(places) and match:
                     self.instances(match[1], match[2], Message(self.path, form), places)
+                if len(places) and form.name in ("ISBH", "ISBD"):
+                    batched[form.name] = Message(self.path, form), places
         finally:
             log.close()
         with files.reading(path) as file:
@@ -93,6 +104,35 @@ class Log:
                     f"{path}: cut short: after its last message, another one begins (ArduPilot "
                     "DataFlash)"
                 )
+        if len(batched) == 2:
+            self.batches(*batched["ISBH"], *batched["ISBD"])
+
+    def batches(self, head: "Message", heads: Ints, data: "Message", places: Ints) -> None:
+        """One sensor for each gyro and accelerometer of the batch sampler. A message belongs to the
+        header before it, if both have the same number of a batch."""
+        of = head.columns(
+            heads, ["N", "type", "instance", "mul", "smp_cnt", "SampleUS", "smp_rate"]
+        )
+        above = np.searchsorted(heads, places) - 1
+        own = (above >= 0) & (of["N"][above] == data.columns(places, ["N"])["N"])
+        above, places = above[own], places[own]
+        for kind, one in sorted({*zip(of["type"][above].tolist(), of["instance"][above].tolist())}):
+            if kind in BATCHES:
+                name, quantity = BATCHES[kind]
+                mine = (of["type"][above] == kind) & (of["instance"][above] == one)
+                found = {field: column[above[mine]] for field, column in of.items()}
+                batch = Batches(f"{name}:{one}", quantity, data, found)
+                self.sensors.append(
+                    Sensor(
+                        batch.form.name,
+                        frozenset([quantity]),
+                        np.count_nonzero(mine) * PER_MESSAGE,
+                        str(one),
+                        rank=1,  # with pauses: chosen where there is no other
+                        alone=True,
+                    )
+                )
+                self.rows[batch.form.name] = batch, places[mine]
 
     def instances(
         self, kind: str, number: str, message: "Message | TextMessage", places: Ints
@@ -181,6 +221,35 @@ class Message:
         }
 
 
+class Batches:
+    """Samples of one sensor of the batch sampler. head: the fields of ISBH for each message of
+    data, which are ISBD."""
+
+    def __init__(self, name: str, quantity: str, data: Message, head: dict[str, Numbers]) -> None:
+        self.data, self.head, self.axes = data, head, FIELDS[quantity]
+        self.form = SimpleNamespace(name=name, columns=[BATCH_CLOCK, *self.axes])
+
+    def columns(self, places: Ints, names: Sequence[str]) -> dict[str, Numbers]:
+        rate = self.head["smp_rate"].astype(np.float64)
+        if not np.all((rate > 0) & (self.head["mul"] > 0)):
+            raise BadInput(f"{self.data.path}: {self.form.name}: smp_rate or mul of ISBH is 0")
+        found = self.data.columns(places, ["seqno", "x", "y", "z"])
+        if np.any(found["seqno"].astype(np.int64) * PER_MESSAGE >= self.head["smp_cnt"]):
+            raise BadInput(
+                f"{self.data.path}: {self.form.name}: messages of fewer than {PER_MESSAGE} "
+                f"samples. Record with INS_LOG_BAT_LGCT = {PER_MESSAGE}"
+            )
+        place = found["seqno"][:, None].astype(np.int64) * PER_MESSAGE + np.arange(PER_MESSAGE)
+        start = self.head["SampleUS"].astype(np.int64)[:, None] * 1000
+        out = {
+            BATCH_CLOCK: (start + np.round(place * 1e9 / rate[:, None]).astype(np.int64)).ravel()
+        }
+        for axis, name in zip("xyz", self.axes):
+            counts = found[axis].view("<i2").reshape(place.shape)
+            out[name] = (counts / self.head["mul"][:, None].astype(np.float64)).ravel()
+        return {name: out[name] for name in names}
+
+
 class TextMessage:
     """The numbers of one format of a log in text, as pymavlink read them: places are rows."""
 
@@ -194,6 +263,9 @@ class TextMessage:
 
     def columns(self, places: Ints, names: Sequence[str]) -> dict[str, Numbers]:
         return {name: np.frombuffer(self.rows[name])[places] for name in names}
+
+
+Source = Message | TextMessage | Batches
 
 
 class TextLog(Log):

@@ -21,13 +21,15 @@ Numbers = npt.NDArray[Any]  # as a log holds them, of whichever type
 class Sensor:
     """name: as --sensor takes it. gives: what it measures, of gyro, accel, temp. samples: how many,
     None where only reading would tell. group: of what belongs together on a device. rank: only
-    those of the lowest rank in a log are chosen without being named."""
+    those of the lowest rank in a log are chosen without being named. alone: it is sampled while no
+    other is, so it is not read beside one."""
 
     name: str
     gives: frozenset[str]
     samples: int | None = None
     group: str = ""
     rank: int = 0
+    alone: bool = False
 
     @property
     def said(self) -> str:
@@ -123,7 +125,9 @@ def companions(sensors: Sequence[Sensor], main: Sensor) -> list[tuple[Sensor, st
     for quantity in ("accel", "temp"):
         if "gyro" in main.gives and quantity not in main.gives:
             others = [
-                sensor for sensor in sensors if quantity in sensor.gives and sensor is not main
+                sensor
+                for sensor in sensors
+                if quantity in sensor.gives and sensor is not main and not sensor.alone
             ]
             others = sorted(
                 others,
