@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from . import lab
 from ._samples import median_step
 from ._types import Array
 
@@ -85,6 +84,8 @@ def read(path: "str | os.PathLike[str]", sensor: str | None = None) -> Recording
 
 
 def of_log(path: str, sensor: str | None) -> Recording:
+    from . import lab  # importlib.metadata takes a seventh of the time of import davar
+
     absent = lab.missing()
     if absent:
         raise ImportError(f"{path}: not CSV; other logs need the extra lab ({lab.said(absent)})")

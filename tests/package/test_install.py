@@ -169,6 +169,13 @@ def test_without_the_extra_the_library_works_and_davarlab_reports_it(wheel, tmp_
     assert re.fullmatch(wanted, done.stderr)
 
 
+def test_importing_the_library_loads_nothing_of_davarlab(wheel, tmp_path):
+    code = "import davar, sys; print(*sys.modules)"
+    loaded = run(["-S", "-c", code], tmp_path, wheel.davar, wheel.numpy).stdout.split()
+    assert {"davarlab", "davar.lab", "importlib.metadata"} & set(loaded) == set()
+    assert "davar._stream" in loaded
+
+
 def test_davarlab_runs_with_its_own_library(wheel, tmp_path):
     def lab(*words, status=(0,)):
         done = run([wheel.site / "bin/davarlab", *words], tmp_path, wheel.site)
