@@ -261,6 +261,54 @@ def test_a_serial_monitor_with_the_time_of_day(logs, name):
         logs.check_gyro(logs.imported(log, "--names", names, *unit)[1])
 
 
+def adafruit(x, y, z, a, b, c):
+    return (
+        f"Acceleration X: {a}, Y: {b}, Z: {c} m/s^2\nRotation X: {x}, Y: {y}, Z: {z} rad/s\n"
+        "Temperature: 25.00 degC\n\n"
+    )
+
+
+RAW = "gyro=deg/s"
+LABELLED = {  # text of x, y, z of a gyro in deg/s or rad/s, and of an accelerometer; --unit
+    "spaces": (lambda x, y, z, *_: f"gx:{x} gy:{y} gz:{z}\n", RAW),
+    "plotter": (lambda x, y, z, *_: f"GyroX:{x},GyroY:{y},GyroZ:{z}\r\n", RAW),
+    "tabs and spaces": (lambda x, y, z, *_: f"gyroX : {x}\tgyroY : {y}\tgyroZ : {z}\n", RAW),
+    "equals, with text": (lambda x, y, z, *_: f"gx={x} gy={y} gz={z}\nall is well\n", RAW),
+    "a vector": (lambda x, y, z, *_: f"Accel: 0.1, 0.2, 9.8 Gyro: {x}, {y}, {z}\n", RAW),
+    "json": (lambda x, y, z, *_: f'{{"gx": {x}, "gy": {y}, "gz": {z}, "n": 3}}\n', RAW),
+    "teleplot": (lambda x, y, z, *_: f">gx:{x}\n>gy:{y}\n>gz:{z}\n", RAW),
+    "units, several lines": (adafruit, "gyro=rad/s"),
+}
+
+
+@pytest.mark.parametrize("name", LABELLED)
+def test_a_label_before_each_number(logs, name):
+    written, unit = LABELLED[name]
+    gyro = RADIANS if unit.endswith("rad/s") else GYRO
+    text = "".join(written(*one, *force) for one, force in zip(gyro.tolist(), MPS2.tolist()))
+    log = logs.file("serial.txt", f"IMU ready\n{text}")
+    assert "a label before each number" in logs.said(log, "--rate", "100")
+    columns = logs.imported(log, "--rate", "100", "--unit", unit)[1]
+    logs.check_gyro(columns, time=False)
+    if name.startswith("units"):
+        assert "rad/s by its name" in logs.said(log, "--rate", "100")
+        np.testing.assert_allclose(np.float64(columns["accel_z_g"]), FORCE[:, 2], atol=1e-6)
+        assert set(columns["temp_degC"]) == {"25"}
+
+
+def test_labels_with_their_time_and_a_lost_value(logs):
+    lines = [f"t:{n * 10} gx:{x} gy:{y} gz:{z}\n" for n, (x, y, z) in enumerate(GYRO.tolist())]
+    log = logs.file("serial.txt", "".join(lines))
+    logs.check_gyro(logs.imported(log, "--unit", RAW)[1])
+    lines[600] = lines[600].partition(" gz")[0] + "\n"
+    log = logs.file("serial.txt", "".join(lines))
+    assert "1 of 1200 rows omitted: no value of gz" in logs.said(log, "--unit", RAW)
+    clock = [clock_of(place, "{} -> ") + one for place, one in enumerate(lines[:600])]
+    log = logs.file("serial.txt", "".join(clock).replace("t:", "n:"))
+    times = np.float64(logs.imported(log, "--unit", RAW)[1]["time_s"])
+    np.testing.assert_allclose(np.diff(times), 0.01, atol=1e-6)
+
+
 def test_names_replace_those_of_the_file(logs):
     log = logs.file("log.csv", "a,b,c,d\n1,u,v,w\n"[:8] + plain())
     logs.rejected(log, "no gyro", "--names")

@@ -118,6 +118,20 @@ def time_of(found: "re.Match[bytes]") -> float:
 
 
 @dataclass
+class Clock:
+    """The time of day of lines, which continues after midnight."""
+
+    day: int = 0
+    last: float = 0.0
+
+    def seconds(self, found: "re.Match[bytes]") -> float:
+        time = time_of(found)
+        self.day += time < self.last - DAY_S / 2
+        self.last = time
+        return time + self.day * DAY_S
+
+
+@dataclass
 class Monitor:
     """Lines of a serial monitor: a time of day in brackets or in front of an arrow, as the Arduino
     IDE writes it, which becomes a column time_s. separator: of the rest; count: of its fields."""
@@ -131,30 +145,26 @@ class Monitor:
         return ["time_s", *given] if given and len(given) == self.count else given
 
     def rows(self, lines: Sequence[bytes], line: int, path: StrPath) -> list[bytes]:
-        return [self.row(one, 0) for one in lines]
+        clock = Clock()
+        return [self.row(one, clock) for one in lines]
 
     def fields(self, rest: bytes) -> list[str]:
         return split(rest.decode("utf-8", errors="replace"), self.separator.decode())
 
-    def row(self, line: bytes, day: int) -> bytes:
+    def row(self, line: bytes, clock: Clock) -> bytes:
         found = monitored(line)
         if not found or not found["rest"]:
             return b"" if found else line.strip()
         words = bool(found["rest"].translate(None, NUMERIC)) and self.fields(found["rest"])
         named = words and recognised(words)
-        time = b"time_s" if named else f"{time_of(found) + day * DAY_S:.9f}".encode()
+        time = b"time_s" if named else f"{clock.seconds(found):.9f}".encode()
         return time + self.separator + found["rest"]
 
     def translated(self, blocks: Iterable[bytes], line: int, path: StrPath) -> Iterator[bytes]:
-        """Blocks of lines as blocks of rows, whose time goes on after midnight."""
-        day, last = 0, 0.0
+        """Blocks of lines as blocks of rows."""
+        clock = Clock()
         for block in blocks:
-            rows = []
-            for one in block.splitlines():
-                if found := monitored(one):
-                    day += time_of(found) < last - DAY_S / 2
-                    last = time_of(found)
-                rows.append(self.row(one, day))
+            rows = [self.row(one, clock) for one in block.splitlines()]
             yield b"\n".join(rows) + b"\n" * block.endswith(b"\n")
 
 

@@ -21,7 +21,7 @@ from .. import arrays, files
 from ..arrays import Floats, Ints
 from ..errors import BadInput
 from ..files import StrPath
-from . import dialect, guess, missing, sentences
+from . import dialect, guess, labelled, missing, sentences
 from .dialect import Dialect
 
 LARGEST = 1e30  # whose square is still a number, and which no sensor says
@@ -492,7 +492,7 @@ class Table:
     named: bool
     said: list[str]
     rates: list[float]
-    wire: sentences.Sentences | sentences.Monitor | None = None
+    wire: sentences.Sentences | sentences.Monitor | labelled.Labelled | None = None
 
     @property
     def time(self) -> str:
@@ -574,12 +574,18 @@ def read(
     those of the file; naming: renames them; skip: lines at the beginning that are not read."""
     with opened(path) as stream:
         top = head(stream, path, skip)
-        wire = sentences.sentences_in(top.raw) or sentences.monitor_in(top.raw)
+        wire = (
+            sentences.sentences_in(top.raw)
+            or labelled.labelled_in(top.raw)
+            or sentences.monitor_in(top.raw)
+        )
         texts = top.raw if wire is None else wire.rows(top.raw, top.start, path)
         rows = top.rows(texts, path)
         given = wire.named(given) if wire else given
         found = dialect.sniffed(rows, top.comments, given, path)
         line = rows[found.first][0] if found.first < len(rows) else top.start + len(top.raw)
+        if isinstance(wire, labelled.Labelled):  # the first row may have begun above
+            line = top.start
         written = columns_called(found)
         called, by_file = guess.by_file(written, path)
         names = naming(called, written, path)
