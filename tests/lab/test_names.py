@@ -56,6 +56,8 @@ KNOWN = {  # (file, names, columns): x, y, z of GYRO
         '"Absolute (rad/s)"',
         (TIME, *RADIANS.T, np.abs(OTHER[:, 0])),
     ),
+    "Arduino": ("log.csv", "t,aX,aY,aZ,gX,gY,gZ", (TIME, *MPS2.T, *RADIANS.T)),
+    "GPS time": ("log.csv", "GPST,Ax,Ay,Az,Gx,Gy,Gz", (390_884.2 + TIME, *MPS2.T, *RADIANS.T)),
     "phyphox, units alone": (
         "Raw Data.csv",
         '"Time (s)","X (rad/s)","Y (rad/s)","Z (rad/s)"',

@@ -47,6 +47,19 @@ def vnimu(place):
     return "VNIMU," + ",".join(fields)
 
 
+def dated(count, step_ms, form):
+    """Times from 23:59:59 on, in fields of a form: h, m, s, ms."""
+    for one in range(86_399_000, 86_399_000 + count * step_ms, step_ms):
+        hour, minute = one // 3_600_000 % 24, one // 60_000 % 60
+        yield form.format(
+            h=hour, m=minute, s=one // 1000 % 60, ms=one % 1000, d=1 + one // 86_400_000
+        )
+
+
+UNITS = "gyro_{}_dps", "accel_{}_g"
+NIGHT = list(dated(COUNT, 10, "{h:02d}:{m:02d}:{s:02d}.{ms:03d}"))
+CHIP = list(dated(COUNT, 10, "2023-3-{d} {h}:{m}:{s}.{ms}"))  # 16:44:16.5 is 5 ms after 16:44:16
+COLON = list(dated(COUNT, 10, "2023/03/{d} {h}:{m:02d}:{s:02d}:{ms:03d}"))
 TABLES = {  # texts, all of TIME and GYRO
     "semicolons": NAMES.replace(",", ";") + plain(";"),
     "tabs": NAMES.replace(",", "\t") + plain("\t"),
@@ -71,6 +84,9 @@ TABLES = {  # texts, all of TIME and GYRO
     "dates beside it": "t,gx_dps,gy_dps,gz_dps,date\n" + plain(end=",2024-01-02 03:04:05"),
     "bars": NAMES.replace(",", "|") + plain("|"),
     "comments below": NAMES + plain().replace("\n", "\n# marker\n", 3),
+    "rows of separators below": NAMES + plain() + ",,,\n" * 3,
+    "times of day": f"rtcDate,rtcTime,{OWN},\n"
+    + stamped_rows(",", ["01/02/2021"] * COUNT, NIGHT, *GYRO.T),
     "blank lines below": NAMES + plain().replace("\n", "\n\n", 3),
 }
 
@@ -78,6 +94,41 @@ TABLES = {  # texts, all of TIME and GYRO
 @pytest.mark.parametrize("name", TABLES)
 def test_what_stands_between_and_above_the_numbers(logs, name):
     logs.check_gyro(logs.imported(logs.file("log.csv", TABLES[name]))[1])
+
+
+DATES = {
+    "WitMotion": "Chiptime\twx(deg/s)\twy(deg/s)\twz(deg/s)\tT(\u00b0)\t\n"
+    + stamped_rows("\t", CHIP, *GYRO.T, TEMP, [""] * COUNT),
+    "milliseconds behind a colon": f"Time,{OWN},T (C)\n" + stamped_rows(",", COLON, *GYRO.T, TEMP),
+}
+
+
+@pytest.mark.parametrize("name", DATES)
+def test_dates_of_loggers(logs, name):
+    columns = logs.imported(logs.file("log.txt", DATES[name]))[1]
+    logs.check_gyro(columns, time=False)
+    logs.check_stamps(columns, int(np.datetime64("2023-03-01T23:59:59", "ns")) + NS)
+    np.testing.assert_allclose(np.float64(columns["temp_degC"]), TEMP)
+
+
+def test_dates_of_whole_seconds_are_in_seconds(logs):
+    dates = dated(COUNT, 1000, "2021-03-0{d} {h:02d}:{m:02d}:{s:02d}")
+    log = logs.file("log.csv", f"time,{OWN}\n" + stamped_rows(",", dates, *GYRO.T))
+    assert "time -> time_s, s as it is written" in logs.said(log)
+    assert set(np.diff(np.float64(logs.imported(log)[1]["time_s"]))) == {1.0}
+
+
+def test_the_factors_of_a_log_of_gyroflow(logs):
+    rad_s, g = 0.00122173047, 0.00048828125
+    head = f"GYROFLOW IMU LOG\nversion,1.3\nid,logger\ntscale,0.01\ngscale,{rad_s}\nascale,{g}\n"
+    counts, force = np.round(GYRO * 100), np.round(FORCE / g)
+    body = rows(STEPS, *counts.T, *force.T)
+    columns = logs.imported(logs.file("log.gcsv", f"{head}t,gx,gy,gz,ax,ay,az\n{body}"))[1]
+    np.testing.assert_allclose(np.float64(columns["time_s"]), TIME)
+    for axis, name in enumerate("xyz"):
+        rates, forces = (np.float64(columns[one.format(name)]) for one in UNITS)
+        np.testing.assert_allclose(rates, np.degrees(counts[:, axis] * rad_s), rtol=1e-7, atol=1e-9)
+        np.testing.assert_allclose(forces, force[:, axis] * g, rtol=1e-7)
 
 
 def test_an_index_of_pandas_and_columns_of_text_and_of_nothing_are_beside_it(logs):
@@ -165,7 +216,7 @@ def test_what_the_refusal_proposes_can_be_typed(logs):
     names = logs.proposed(log)
     logs.rejected(log, "--rate HZ", options=("--names", names))
     logs.imported(log, "--names", names, "--rate", "100")
-    clock = [f"12:{n // 60 % 60:02d}:{n % 60:02d}" for n in range(COUNT)]
+    clock = [f"12h{n // 60 % 60:02d}m{n % 60:02d}" for n in range(COUNT)]
     temp = [f"{one}" if place % 100 != 50 else "off" for place, one in enumerate(TEMP)]
     for header, columns, why, rate in (
         (f"time,{OWN}", (clock, *GYRO.T), ":2: column time: not a number", ["--rate", "100"]),
@@ -368,7 +419,7 @@ UNREADABLE = {
     "twins": ("t,x,y,z,x,y,z\n" + rows(TIME, *GYRO.T, *FORCE.T), "--names"),
     "too few names": ("t,gx_dps\n" + plain(), "--names"),
     "text in a gyro": (NAMES + plain().replace("0.02,", "0.02,x", 1), ":4: column gx_dps"),
-    "a clock of text": ("time,gx_dps\n12:00:01.1,5\n12:00:01.2,6\n", ":2: column time"),
+    "a clock of text": ("time,gx_dps\n12h00m01.1,5\n12h00m01.2,6\n", ":2: column time"),
     "a row too long": (NAMES + "1,2,3,4,5\n" + plain(), ":2: 5 fields"),
     "no numbers": ("Some text,\nand more of it\n", ":2: no numbers"),
     "a serial monitor": ("12:00:01.123 -> 1,2,3\n" * 99, ":1: no names above the 4 columns"),

@@ -4,6 +4,7 @@ axes, and what belongs beside them."""
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -125,7 +126,7 @@ class Log:
     """shapes: name -> shape of the arrays; load(name): one of them; whole: a table, of which every
     column is kept. given: names as the user calls them (--unit NAME=UNIT). origins: name -> what
     the numbers of a column count from. said: how the file was read. stated: sample rates in Hz that
-    it states. places: of the samples in a table (sensor.Samples)."""
+    it states. places: of the samples in a table (sensor.Samples). known: units that it states."""
 
     def __init__(
         self,
@@ -140,6 +141,7 @@ class Log:
         said: Sequence[str] = (),
         stated: Sequence[float] = (),
         places: Ints | None = None,
+        known: guess.Known | None = None,
     ) -> None:
         self.path, self.load, self.given, self.what, self.whole, self.line, self.origins = (
             path,
@@ -150,7 +152,7 @@ class Log:
             line,
             origins or {},
         )
-        self.said, self.stated, self.places = said, stated, places
+        self.said, self.stated, self.places, self.known = said, stated, places, known or {}
         self.columns = {
             one.name: one
             for one in columns_of(
@@ -262,7 +264,8 @@ class Log:
             columns[name] = vector(last[1], one, f"{self.path}: {name}")
         rate = float(np.ravel(self.load(self.rates[0]))[0]) if self.rates else None
         stated = self.stated or ([rate] if rate else [])
-        found = dressed(columns, self.concerning(columns), self.path, self.origins, stated)
+        given = self.concerning(columns)
+        found = dressed(columns, given, self.path, self.origins, stated, self.known)
         if found.stamps_ns is not None and stem in self.gyros:
             found.beside = [
                 other
@@ -294,6 +297,14 @@ def vector(values: Any, column: Column, where: str) -> Numbers:
         raise BadInput(f"{where}: no numbers ({values.dtype})")
     found = values
     return found
+
+
+def with_known(guesses: list[Guess], known: guess.Known) -> list[Guess]:
+    for one in guesses:
+        units = known.get(one.name) or known.get(one.quantity)
+        if units and one.quantity in guess.UNITS:
+            (one.unit, one.factor, one.by), one.sure, one.doubt = units, True, ""
+    return guesses
 
 
 def overridden(guesses: list[Guess], given: Iterable[str], path: StrPath) -> list[Guess]:
@@ -329,10 +340,14 @@ def dressed(
     path: StrPath,
     origins: Mapping[str, int],
     stated: Sequence[float] = (),
+    known: guess.Known = MappingProxyType({}),
 ) -> Samples:
     """Raw columns as Samples in davarlab's names and units, by guesses that can be overridden.
-    Columns of no known quantity keep their names. stated: sample rates of the file, in Hz."""
-    guesses = overridden(meaning.guesses(columns, stated), given, path)
+    Columns of no known quantity keep their names. stated: sample rates of the file, in Hz; known:
+    units that it states."""
+    guesses = meaning.guesses(
+        columns, stated, lambda found: overridden(with_known(found, known), given, path)
+    )
     there = dict(columns)
     out, stamps = {}, None
     for one in guesses:

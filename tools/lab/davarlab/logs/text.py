@@ -19,6 +19,7 @@ from .options import Options
 from .sensor import Samples, Sensor
 
 CHANGES_LEAST = 20  # of coarse stamps: with fewer, the rate would be off by more than 5 %
+GYROFLOW, FACTORS = "GYROFLOW IMU LOG", {"tscale": 0.001, "gscale": 1.0, "ascale": 1.0}
 ACCEL = re.compile(r"accel_[xyz]_(g|mg|m_s2|mps2)")
 
 
@@ -231,10 +232,28 @@ def rate_of(found: table.Table, units: Sequence[str]) -> str:
     pairs = (pair.partition("=") for pair in units)
     given = (unit for name, _, unit in pairs if name in (found.time, "time"))
     factor = next((guess.SECONDS[unit] for unit in given if unit in guess.SECONDS), None)
-    if found.form.kind == "date":
+    if found.form.kind in ("date", "clock"):
         factor = 1.0
     usual = float(np.median(steps)) * (factor or one.factor)
     return f"{1 / usual:.6g}" if usual > 0 and (factor or not one.doubt) else ""
+
+
+def known_of(found: table.Table) -> guess.Known:
+    """The units that a file states by other than names: dates are in seconds, and the log of
+    Gyroflow (.gcsv) has factors to seconds, rad/s and g above its table."""
+    if found.form.kind in ("date", "clock"):
+        return {found.time: ("s", 1.0, "as it is written")}
+    if not (found.above and found.above[0].startswith(GYROFLOW)):
+        return {}
+    pairs = (re.split("[,:] *", line) for line in found.above)
+    said = {pair[0]: float(pair[1]) for pair in pairs if pair[0] in FACTORS and len(pair) == 2}
+    scale = {name: said.get(name, default) for name, default in FACTORS.items()}
+    unit = next((one for one, size in guess.SECONDS.items() if size == scale["tscale"]), "")
+    return {
+        "time": (unit, scale["tscale"], "by its tscale"),
+        "gyro": ("rad/s", scale["gscale"] * guess.RATES["rad/s"], "by its gscale"),
+        "accel": ("g", scale["ascale"], "by its ascale"),
+    }
 
 
 def log(path: StrPath, options: Options) -> Own | named.Log:
@@ -269,4 +288,5 @@ def log(path: StrPath, options: Options) -> Own | named.Log:
         found.said,
         [options.rate_hz] if options.rate_hz else found.rates,
         found.places,
+        known_of(found),
     )

@@ -29,7 +29,8 @@ WRITTEN = (
     (",", ","),
 )
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
-DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(\.\d{1,9})?Z?", re.ASCII)
+DATE = re.compile(r"\d{4}[-/]\d\d?[-/]\d\d?[T ]\d\d?:\d\d?:\d\d?([.:]\d{1,9})?Z?", re.ASCII)
+CLOCK = re.compile(r"\d\d?:[0-5]\d:[0-5]\d(\.\d{1,9})?", re.ASCII)  # a time of day
 NAMED = {",": "commas", ";": "semicolons", "\t": "tabs", " ": "spaces", "|": "bars"}
 # What stands for a value that is missing, MSVC's -1.#IND and R's NA among them.
 MISSING = re.compile(
@@ -96,11 +97,15 @@ def with_point(field: str, decimal: str) -> str:
     return text
 
 
+def is_date(field: str) -> bool:
+    return bool(DATE.fullmatch(field) or CLOCK.fullmatch(field))
+
+
 def is_number(field: str, decimal: str) -> bool:
     try:
         with_point(field, decimal)
     except ValueError:
-        return bool(DATE.fullmatch(field))
+        return is_date(field)
     return True
 
 
@@ -192,8 +197,8 @@ def with_unit(name: str, unit: str) -> str:
 class Dialect:
     """names: of all columns, "" for none; named: the file has names; first: index of the first row
     of numbers; bare: places of columns without any number, of which the `blank` hold nothing;
-    dates: of those with dates; ended: a semicolon ends the rows, whatever separates their fields;
-    said: how the rows are read, where that is not plain CSV."""
+    dates: of those with dates or times of day; ended: a semicolon ends the rows, whatever separates
+    their fields; said: how the rows are read, where that is not plain CSV."""
 
     separator: str
     decimal: str
@@ -404,7 +409,7 @@ def sniffed(
         {
             place
             for place in body.filled
-            if all(DATE.fullmatch(one[place]) for one in fields[first:] if len(one) == width)
+            if all(is_date(one[place]) for one in fields[first:] if len(one) == width)
         },
         ended,
         said,

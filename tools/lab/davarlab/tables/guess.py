@@ -1,7 +1,7 @@
 """What one column of a log is: quantity, axis and unit, by its name and by its own numbers."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ SECONDS = {"s": 1.0, "ms": 1e-3, "0.1ms": 1e-4, "10us": 1e-5, "us": 1e-6, "100ns
 RATES = {"deg/s": 1.0, "mdeg/s": 1e-3, "rad/s": DEG_PER_RAD}
 FORCES = {"g": 1.0, "mg": 1e-3, "m/s^2": 1 / GRAVITY_MPS2}
 DEGREES = {"degC": 1.0, "0.01 degC": 0.01}
+Known = Mapping[str, tuple[str, float, str]]  # column or quantity -> unit, factor, found by what
 UNITS = {
     "time": SECONDS,
     "gyro": RATES,
@@ -48,7 +49,8 @@ TICK_OF_XSENS = "sampletimefine"  # of an MTi 0.1 ms, of a Movella DOT 1 us
 SLOWEST_MTI_S = 0.5  # between samples, beyond which it is a DOT's
 WORDS = {
     "time": r"^(time|times|zeit|tiempo|tempo|datetime|timestamp|stamp|t|clock|elapsed|secs?|seconds"
-    r"|us|ms|ns|[umn]secs?|micros|millis|nanos|(micro|milli|nano)sec(ond)?s?)$",
+    r"|us|ms|ns|[umn]secs?|micros|millis|nanos|(micro|milli|nano)sec(ond)?s?|chiptime|gpst|tow"
+    r"|sow)$",
     "gyro": r"^([xyz]?(gyr|gyros?|giro|gyroscope)\d*[xyz]?\d*|[gw][xyz]\d*|w|omega[xyz]?\d*"
     r"|angvel[xyz]?|angular|rate|(roll|pitch|yaw)(speed|rate))$",
     "accel": r"^([xyz]?(acc|accel|accelerometer|acceleration)\d*[xyz]?\d*|a[xyz]\d*|a|specific)$",
@@ -58,6 +60,11 @@ WORDS = {
 JOINED = re.compile(
     r"([xyz]?)(?:gyr|gyros?|giro|gyroscope|omega|angvel|acc|accel|accelerometer|acceleration|[gwa])"
     r"\d*([xyz]?)\d*|([xyz])\d+|(roll|pitch|yaw)(?:speed|rate)"
+)
+LETTER = re.compile(r"(?<![A-Za-z])([agw][XYZ]|degC)(?![A-Za-z])")  # gX is one word
+# T(\u00b0), T [C], t_degC: no time.
+CELSIUS = re.compile(
+    r"t[ _]*[\[(]?[ _]*([\u00b0\u00ba\ufffd] ?c?|c|deg ?c|celsius)[\])]?", re.IGNORECASE
 )
 BODY = {"p": "x", "q": "y", "r": "z"}  # rates of a body, where a name says nothing else
 # Words of what is computed, wanted or another vector, and no measured rate or acceleration.
@@ -156,6 +163,7 @@ def without_powers(name: str) -> str:
 
 
 def tokens(name: str) -> list[str]:
+    name = LETTER.sub(lambda found: found.group().lower(), name)
     spaced = re.sub(r"([a-z])([A-Z])", r"\1 \2", name)
     return [token for token in re.split(r"[^A-Za-z0-9]+", spaced.lower()) if token]
 
@@ -166,6 +174,8 @@ def quantity_of(name: str) -> str:
     words = tokens(name)
     if "phase" in words:  # of a clock; its unit is one of time
         return "other"
+    if CELSIUS.fullmatch(name.strip()):
+        return "temp"
     if (
         words
         and (words[0] == "t" or any(re.match(STAMP, word) for word in words))

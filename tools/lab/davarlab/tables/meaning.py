@@ -1,7 +1,7 @@
 """What the columns of a log are together: their names and numbers, gravity, and the noise of a gyro
 (docs/LOGS.md)."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -25,10 +25,15 @@ HALF_OF_NORMAL = 0.6745  # of a standard deviation: the median of the magnitude
 GRAVITY_S, TURNED_RAD, GRAVITY_AGREES = 0.25, 1.0, 0.5
 
 
-def guesses(columns: Mapping[str, npt.NDArray[Any]], rates: Sequence[float] = ()) -> list[Guess]:
+def guesses(
+    columns: Mapping[str, npt.NDArray[Any]],
+    rates: Sequence[float] = (),
+    settle: Callable[[list[Guess]], object] = lambda found: None,
+) -> list[Guess]:
     """Guesses for the columns of a file (name -> numbers), in their order: one time, one
     temperature, one of each axis; the norm of the accelerometer says its unit where its name does
-    not. rates: in Hz, as the file states them."""
+    not. rates: in Hz, as the file states them; settle: sets the units that are known, before the
+    others are found by them."""
     found, taken = {}, set()
     guesses = [
         of_column(name, np.asarray(values, float), rates) for name, values in columns.items()
@@ -41,6 +46,7 @@ def guesses(columns: Mapping[str, npt.NDArray[Any]], rates: Sequence[float] = ()
         taken.add(guess.column)
         found[guess.name] = guess
     ordered = [found[name] for name in columns]
+    settle(ordered)
     weighed(ordered, columns)
     unit_by_evidence(ordered, columns)
     return ordered

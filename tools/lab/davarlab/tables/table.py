@@ -33,10 +33,13 @@ FORMS = {
     "whole": r"[+-]?[0-8]?\d{1,18}",
     "decimal": r"[+-]?\d{1,9}\d?[.,]\d{1,9}",
     "date": dialect.DATE.pattern,
+    "clock": dialect.CLOCK.pattern,
 }
+DAY_S = 86400
 # What no name of a column holds.
 UNNAMED = re.compile('[,"\x00-\x1f\x7f-\x9f\u2028\u2029\ufeff\ud800-\udfff]')
 SHOWN = 80  # characters of a field in a message
+EMPTY = ",;| \t"
 UNPACKED_BYTES, UNPACKED_TIMES = 64 << 20, 100  # of a gzip file
 LINE_BYTES = 1 << 20  # of the longest line that a table may have
 LONG_BYTES = 1 << 16  # a row with quotes beyond which pyarrow 19 may crash
@@ -247,34 +250,57 @@ def form_of(found: Dialect, names: dict[int, str], called: list[str], first: str
             ValueError
         ):  # what is no time is said with its line, when the rows are read
             origin = (
-                date_ns(value) // 10**9
+                date_ns(value, made.time) // 10**9
                 if kind == "date"
+                else 0
+                if kind == "clock"
                 else int(Decimal(found.number(value)))
                 if abs(float(found.number(value))) < LARGEST
                 else 0
             )
-            if kind == "date" or FAR < abs(origin) < SAFE:
+            if kind in ("date", "clock") or FAR < abs(origin) < SAFE:
                 made.kind, made.origin = kind, origin
     return made
 
 
-def date_ns(text: str) -> int:
-    """Nanoseconds from 1970 to a date. Raises ValueError for what is none, and for one that 64 bits
-    of nanoseconds do not reach (1678 to 2261)."""
+def date_ns(text: str, name: str) -> int:
+    """Nanoseconds from 1970 to a date. The `Chip Time` of WitMotion ends in a count of milliseconds
+    (16:44:16.5 is 5 ms after the second), as everything behind a colon does. Raises ValueError for
+    what is none, and for one that 64 bits of nanoseconds do not reach (1678 to 2261)."""
     if not re.fullmatch(FORMS["date"], text, re.ASCII):
         raise ValueError(text)
-    whole, _, part = text.rstrip("Z").partition(".")
-    seconds = int(np.datetime64(whole, "s").astype(np.int64))
+    numbers = re.split(r"\D", text.rstrip("Z"))
+    year, month, day, hour, minute, second = (one.rjust(2, "0") for one in numbers[:6])
+    whole = np.datetime64(f"{year}-{month}-{day}T{hour}:{minute}:{second}", "s")
+    seconds = int(whole.astype(np.int64))
     if abs(seconds) * 10**9 >= 2 * SAFE - 10**9:
         raise ValueError(text)
-    return seconds * 10**9 + int(part.ljust(9, "0"))
+    part = "".join(numbers[6:])
+    counted = "chip" in name.lower() or text.count(":") > 2
+    return seconds * 10**9 + int((part.rjust(3, "0") if counted else part).ljust(9, "0"))
+
+
+def clock_s(text: str) -> float:
+    """A time of day in seconds. Raises ValueError for what is none."""
+    if not dialect.CLOCK.fullmatch(text):
+        raise ValueError(text)
+    hour, minute, second = text.split(":")
+    return int(hour) * 3600 + int(minute) * 60 + float(second)
+
+
+def after_midnight(times: Floats) -> Floats:
+    """Times of day that continue after midnight."""
+    days = np.cumsum(np.diff(times, prepend=times[:1]) < -DAY_S / 2)
+    continued: Floats = times + DAY_S * days
+    return continued
 
 
 def types_of(form: Form) -> dict[str, Any]:
     """The pyarrow type of each column that is read, by its place."""
-    from pyarrow import decimal128, float64, int64, timestamp
+    from pyarrow import decimal128, float64, int64, time64, timestamp
 
     times = {"whole": int64(), "decimal": decimal128(28, 9), "date": timestamp("ns", "UTC")}
+    times["clock"] = time64("ns")
     return {
         str(place): times[form.kind] if name == form.time and form.kind else float64()
         for place, name in zip(form.places, form.names)
@@ -311,6 +337,8 @@ def parsed(block: bytes, form: Form) -> list[Floats] | None:
     from pyarrow import ArrowInvalid, BufferReader, csv
 
     if block.startswith("\ufeff".encode()):  # which pyarrow leaves out
+        return None
+    if form.kind == "date" and "chip" in form.time.lower():
         return None
     quotes = block.count(b'"')
     if quotes % 2:  # one is not closed
@@ -406,7 +434,7 @@ def by_row(block: bytes, form: Form, line: int, path: StrPath) -> tuple[list[Flo
     rows = block.split(b"\n")
     for number, raw in enumerate(rows, line + 1):
         row = text_of(raw, path)
-        if not row or is_comment(row):
+        if is_blank(row, form) or is_comment(row):
             continue
         fields = form.dialect.fields(row)
         if number == line + len(rows) and len(fields) < form.count:
@@ -414,6 +442,11 @@ def by_row(block: bytes, form: Form, line: int, path: StrPath) -> tuple[list[Flo
         else:
             found.append(numbers(fields, form, f"{path}:{number}"))
     return list(np.array(found).reshape(-1, len(form.names)).T), cut
+
+
+def is_blank(row: str, form: Form) -> bool:
+    """A row of nothing but separators is blank, if a time places the others."""
+    return not (row.strip(EMPTY) if form.time else row)
 
 
 def numbers(fields: Sequence[str], form: Form, where: StrPath) -> Floats:
@@ -471,7 +504,9 @@ def without_time(form: Form, rate_hz: str = "") -> str:
 def above(text: str, form: Form) -> float:
     """A time since the origin, exact to the last digit that a double then has."""
     if form.kind == "date":
-        return (date_ns(text) - form.origin * 10**9) / 1e9
+        return (date_ns(text, form.time) - form.origin * 10**9) / 1e9
+    if form.kind == "clock":
+        return clock_s(text)
     text = form.dialect.number(text)
     return float(Decimal(text) - form.origin) if abs(float(text)) < LARGEST else float(text)
 
@@ -482,7 +517,7 @@ class Table:
     the samples among them, which are those with all values of the sensor (None: all rows); named:
     the file or its reader has names for the columns, else they are column_1 ..; said: how the file
     was read, where it is not plain CSV; rates: in Hz, that the text above
-    the numbers states; wire: how its rows stand in sentences."""
+    the numbers states; above: that text, by lines; wire: how its rows stand in sentences."""
 
     notes: dict[str, str]
     columns: dict[str, Floats]
@@ -492,6 +527,7 @@ class Table:
     named: bool
     said: list[str]
     rates: list[float]
+    above: list[str]
     wire: sentences.Sentences | sentences.Monitor | labelled.Labelled | None = None
 
     @property
@@ -519,7 +555,11 @@ def line_of(found: Table, sample: int, path: StrPath) -> int:
         if found.wire:
             below = ((number, found.wire.rows([raw], number, path)[0]) for number, raw in below)
         texts = ((number, text_of(raw, path)) for number, raw in below)
-        rows = (number for number, text in texts if text and not is_comment(text))
+        rows = (
+            number
+            for number, text in texts
+            if not is_blank(text, found.form) and not is_comment(text)
+        )
         return next(itertools.islice(rows, row, None))
 
 
@@ -599,6 +639,8 @@ def read(
         if wire:
             rest = wire.translated(rest, line - 1, path)
         columns, cut = read_columns(rest, form, line - 1, path)
+    if form.kind == "clock":
+        columns[form.time] = after_midnight(columns[form.time])
     added = with_parts(columns, form.time)
     whole = missing.settled(columns, form.time, path, lambda names: without(names, form))
     gone = [f"{names[place]} ({why})" for place, why in out.items() if why]
@@ -616,5 +658,14 @@ def read(
     above = [text for at, text in rows if at < line]
     stated = dialect.rates_in([*(f"{key}: {value}" for key, value in top.notes.items()), *above])
     return Table(
-        top.notes, whole.columns, line - 1, form, whole.places, found.named, said, stated, wire
+        top.notes,
+        whole.columns,
+        line - 1,
+        form,
+        whole.places,
+        found.named,
+        said,
+        stated,
+        above,
+        wire,
     )
