@@ -13,6 +13,7 @@ import pytest
 import writing_logs as writing
 from asking import MODEL, ROOT, run, said
 from davarlab.logs import sensor, ulog
+from scipy import io
 
 REAL = Path(os.environ.get("DAVAR_REAL_DATA", ROOT.parent / "shared/data/real")).parent / "logs"
 FILTERED = "vehicle_angular_velocity"  # of PX4
@@ -264,6 +265,21 @@ def test_time_backwards_and_no_time(logs):
         write(logs.work / name, logs.truth)
         logs.rejected(logs.work / name, name, "time runs backwards")
     logs.rejected(logs.file("c.csv", "gx_dps\n1\n2\n"), "no column time_s and no --rate")
+
+
+def test_arrays_of_matlab_whose_names_do_not_say_what_they_are(logs):
+    truth, log = logs.truth, logs.work / "log.mat"
+    fields = {"sig": truth.rad_s.T, "other": truth.m_s2.T, "R": np.eye(3)}
+    io.savemat(log, {"data": fields, "t": truth.since_start})
+    name = "data.sig as gyro"
+    logs.rejected(log, "no gyro", f"{name} (unknown; 400 samples)", "--sensor NAME")
+    logs.check(
+        logs.imported(log, "--sensor", name, "--unit", "gyro=rad/s")[1], accel=False, temp=False
+    )
+    io.savemat(log, {"imu": {"wb": truth.rad_s.T, "fb": truth.m_s2.T, "t": truth.since_start}})
+    logs.check(logs.imported(log, "--unit", "gyro=rad/s")[1], temp=False)
+    io.savemat(log, {"note": "a timetable is an object, too"})
+    logs.rejected(log, "no arrays of numbers", "writetimetable(NAME, 'log.csv')")
 
 
 real = pytest.mark.skipif(not REAL.is_dir(), reason=f"no real logs in {REAL}")

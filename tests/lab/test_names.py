@@ -185,6 +185,17 @@ def test_a_guess_by_the_name_of_the_file_is_said_and_its_columns_keep_their_name
     assert "rad/s by the documentation of PX4" in said
 
 
+def test_a_column_that_may_be_the_time_is_named(logs):
+    """What the message says to type works, also with a space in the name."""
+    text = "row,GPS SOW,gx_dps,gy_dps,gz_dps\n" + rows(STEPS, 390_000_000 + MS, *GYRO.T)
+    log = logs.file("log.csv", text.replace("SOW", "s.o.w"))
+    typed = "--unit 'GPS s.o.w=s' (or ms, us, ns). Otherwise, type --rate HZ"
+    logs.rejected(log, f"If GPS s.o.w is the time, type {typed}")
+    logs.check_gyro(logs.imported(log, "--unit", "GPS s.o.w=ms")[1])
+    log = logs.file("log.csv", f"row,{OWN}\n" + rows(STEPS, *GYRO.T))
+    logs.rejected(log, "no --rate. Type --rate HZ")
+
+
 OTHERWISE = {  # names that are nearly those of davarlab
     "gx beside time_s": "time_s,gx_dps,gy_dps,gz_dps",
     "a time in German": "Zeit [s],gx_dps,gy_dps,gz_dps",

@@ -1,5 +1,6 @@
 """A recording: samples on a uniform grid with the columns that were logged beside them."""
 
+import shlex
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -146,6 +147,20 @@ def check_precise(values: Floats, where: str) -> None:
         )
 
 
+def no_time(columns: Mapping[str, Floats]) -> str:
+    """What to type for columns without a time: a column that always runs forward may be one, unless
+    it counts the rows."""
+    steps = ((name, np.diff(column)) for name, column in columns.items())
+    runs = [name for name, step in steps if len(step) and np.all(step > 0) and np.any(step != 1)]
+    maybe = (
+        f"If {runs[0]} is the time, type --unit {shlex.quote(f'{runs[0]}=s')} (or ms, us, ns). "
+        "Otherwise, type"
+        if runs
+        else "Type"
+    )
+    return f"no column time_s and no --rate. {maybe} --rate HZ"
+
+
 def clock_of(
     columns: dict[str, Floats],
     rate_hz: float | None,
@@ -156,7 +171,7 @@ def clock_of(
     if "time_s" in columns:
         return clock.found(columns["time_s"], rate_hz, path, line)
     if not rate_hz:
-        raise BadInput(f"{path}: no column time_s and no --rate. Type --rate HZ")
+        raise BadInput(f"{path}: {no_time(columns)}")
     return Clock(float(rate_hz), places)
 
 

@@ -2,6 +2,7 @@
 
 import importlib
 import os
+import shlex
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
@@ -277,7 +278,7 @@ def said(found: Samples) -> Iterator[str]:
             by = one.by or f"by its {'name' if one.sure else 'numbers'}"
             how = f"{one.unit} {by}" if one.unit else "unchanged"
             yield f"{one.name} -> {one.column}, {how}" + (
-                "" if one.sure else f" (--unit {one.name}=UNIT overrides it)"
+                "" if one.sure else f" (--unit {shlex.quote(f'{one.name}=UNIT')} overrides it)"
             )
 
 
@@ -289,7 +290,7 @@ def write(found: Samples, path: StrPath, rate_hz: float | None, source: StrPath)
     if "time_s" in found.columns:
         rate = clock.found(found.columns["time_s"], rate, source, found.line).rate_hz
     elif not rate:
-        raise BadInput(f"{source}: no column time_s and no --rate. Type --rate HZ")
+        raise BadInput(f"{source}: {recordings.no_time(found.columns)}")
     if found.places is not None and "time_s" not in found.columns:
         found.columns = {"time_s": found.places / rate, **found.columns}
     recordings.write_columns(found.columns, found.notes, path, found.origin_ns)

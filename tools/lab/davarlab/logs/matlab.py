@@ -4,6 +4,7 @@ Arrays in structs go by STRUCT.FIELD."""
 import faulthandler
 import os
 import resource
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
@@ -56,13 +57,20 @@ def numeric(found: Mapping[str, Any]) -> Iterator[tuple[str, Numbers]]:
 
 
 def loaded_5(path: StrPath) -> dict[str, Any]:
-    found: dict[str, Any] = io.loadmat(path, squeeze_me=True, struct_as_record=False)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # about objects, which are not read
+        found: dict[str, Any] = io.loadmat(path, squeeze_me=True, struct_as_record=False)
     return found
 
 
 def version_5(path: StrPath, options: Options) -> named.Log:
     check_survived(path, loaded_5)
     found = dict(numeric(loaded_5(path)))
+    if not found:
+        raise BadInput(
+            f"{path}: no arrays of numbers. Objects such as a timetable are not read. In MATLAB, "
+            "type writetimetable(NAME, 'log.csv'), and use log.csv"
+        )
     return named.Log(
         path,
         {name: array.shape for name, array in found.items()},

@@ -26,6 +26,7 @@ RATE = re.compile(
 )
 TICKS = {unit: round(size * 1e9) for unit, size in guess.SECONDS.items()}  # nanoseconds
 UNFILTERED, FILTERED = "gyroUnfilt", "gyroADC"  # of a blackbox log: the first is chosen
+UNKNOWN = " as gyro"  # of an array that may be anything
 FOREIGN = ("datetime64", "timedelta64")
 
 
@@ -42,14 +43,15 @@ class Column:
 
 def columns_of(shapes: Mapping[str, Sequence[int]]) -> Iterator[Column]:
     """The columns in arrays of these shapes (name -> shape): vectors as they are, 3 x N and N x 3
-    as axes."""
+    as axes: of a gyro, if their name does not say of what."""
     for name, shape in shapes.items():
         size = [one for one in shape if one != 1]
         if len(size) == 1:
             yield Column(name, name, None, size[0])
-        elif len(size) == 2 and min(size) == 3 and guess.quantity_of(name) in ("gyro", "accel"):
+        elif len(size) == 2 and min(size) == 3 < max(size):
+            stem = name if guess.quantity_of(name) in ("gyro", "accel") else f"{name}{UNKNOWN}"
             yield from (
-                Column(f"{name}_{axis}", name, place, max(size)) for place, axis in enumerate("xyz")
+                Column(f"{stem}_{axis}", name, place, max(size)) for place, axis in enumerate("xyz")
             )
 
 
@@ -163,6 +165,8 @@ class Log:
             name for name in shapes if RATE.match(name) and max(shapes[name], default=1) == 1
         ]
         self.gyros = sets_of([name for name, one in self.columns.items() if one.count > 1], "gyro")
+        sure = {stem: axes for stem, axes in self.gyros.items() if not stem.endswith(UNKNOWN)}
+        self.gyros = sure or self.gyros
         self.accels = sets_of(
             [name for name, one in self.columns.items() if one.count > 1], "accel"
         )
@@ -173,7 +177,7 @@ class Log:
         self.sensors = [
             Sensor(
                 stem,
-                frozenset([quantity]),
+                frozenset(["unknown" if stem.endswith(UNKNOWN) else quantity]),
                 self.columns[next(iter(axes.values()))].count,
                 stem,
                 int(raw and stem.startswith(FILTERED) or stem.lower().startswith("filtered")),
@@ -320,6 +324,8 @@ def overridden(guesses: list[Guess], given: Iterable[str], path: StrPath) -> lis
                 "temp, time for all of one kind)"
             )
         for one in met:
+            if one.quantity == "other" and unit in guess.SECONDS:
+                one.quantity = "time"
             factors = guess.UNITS.get(one.quantity, {})
             try:
                 one.unit, one.factor = (
