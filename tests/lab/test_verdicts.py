@@ -219,9 +219,8 @@ def test_what_speaks_against_a_model_that_fits_is_said_everywhere():
             assert verdict.NOTHING not in said[where], (seed, where)
         assert verdict.of_improvement(found)[0] != "good"
         assert said["table"] != "missing is nothing"
-        headline = verdict.contested(found.judgement, against)
-        assert first in headline[1]
-        assert "fits" in headline[0]
+        assert first in verdict.lacks(against)
+        assert verdict.headline(found.judgement, 1.0, True)[1] == "fits"
 
 
 def test_of_each_kind_the_likeliest_speaks_against_a_model():
@@ -352,7 +351,7 @@ def test_an_effect_within_the_tolerance_is_named_by_terminal_and_page(dps):
         page = views.ranking(
             dataset.outcome_of(text, True), made, dataset.ranked(text, lambda said: None)
         )
-        assert "follows temp_degC" in page["headline"][1]
+        assert "follows temp_degC" in page["lacks"]
         assert page["against"][0].startswith("temperature")
 
 

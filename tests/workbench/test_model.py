@@ -23,6 +23,14 @@ MARKS = """(all) => all.filter((one) => one.getAttribute("text-anchor") === "end
 HIGHEST = """(all, f) => all
   .map((one, i) => [i, parseFloat(one.textContent), Number(one.getAttribute("cy"))])
   .filter(([, hz]) => Math.abs(hz - f) < 0.1 * f).reduce((a, b) => (b[2] <= a[2] ? b : a))[0]"""
+# Keeps the headline and the number beside it whenever one of them changes, at the end of the frame.
+PAIRS = """() => {
+  const at = (id) => document.getElementById(id).textContent, seen = (window.pairs = []);
+  const keep = () => seen.push([at("headline").match(/^.*?(?=Not)/)[0], at("error-value")]);
+  keep();
+  const found = new MutationObserver(keep), what = { childList: true, subtree: true };
+  for (const id of ["headline", "error-value"]) found.observe(document.getElementById(id), what);
+}"""
 BOXES = "(all) => all.map((one) => one.getBoundingClientRect().toJSON())"
 BARS = "(all) => all.map((one) => [one.getAttribute('fill'), one.getAttribute('height')])"
 
@@ -72,8 +80,11 @@ def test_a_fit_that_a_candidate_contradicts_is_nowhere_green(folder, opened, tab
     page = tabs.open(opened("rec.csv"))
     for axis, fits in (("gyro_x_dps", True), ("gyro_z_dps", False)):
         page.select_option("#axis", axis)
-        settled, answer = "settled" if fits else "", "The model fits" if fits else "vbat_V"
-        expect(page.locator("#headline h1")).to_contain_text(answer)
+        settled = "settled" if fits else ""
+        expect(page.locator("#headline h1")).to_contain_text("The model fits")
+        expect(page.locator("#untested")).to_contain_text("Not confirmed above")
+        expect(page.locator("#contrary")).to_contain_text("Nothing" if fits else "vbat_V, p")
+        expect(page.locator("#contrary button")).to_have_count(0 if fits else 1)
         expect(page.locator("#head")).to_have_class(re.compile(f"^head {settled}$"))
         tab(page, "axes")
         row = page.locator("#all-axes tr", has=page.locator(f"[data-axis={axis}]")).locator("td")
@@ -115,6 +126,67 @@ def test_everything_can_be_done_with_keys(folder, opened, tabs):
         effects(page, count)
         ranked(page)
     page.locator("#deviation svg").focus()  # a cell, and its neighbours
+    page.click("#contrary button")
+    effects(page, 3)
+
+
+def test_the_error_and_its_words_are_of_one_state(folder, opened, tabs):
+    """In the frame in which the words of a step appear; while a value moves, there are no words."""
+    line = effect("sinusoid", amplitude_dps=0.02, frequency_hz=3.0)
+    bench = opened(simulated(folder, line, seconds=300))
+    page = tabs.open(bench)
+    best = ranked(page)
+    page.evaluate(PAIRS)
+    best.click()
+    effects(page, 3)
+    ranked(page)
+    shown = dict(page.evaluate("window.pairs"))
+    assert len(shown) == 2
+    for number, words in enumerate(("misfit|off by", "fits")):
+        (value,) = [value for said, value in shown.items() if re.search(words, said)]
+        assert value == f"{bench.ask('step', number=number)['error']:.3f}"
+    page.locator("[data-kind=angle_random_walk] input[type=range]").evaluate(
+        "(one) => { one.value = 0.7; one.dispatchEvent(new Event('input')); }"
+    )
+    expect(page.locator("#gauge")).to_contain_text("≈")
+    expect(page.locator("#headline h1")).to_be_hidden()
+
+
+# value, low, high -> what is shown of them
+DIGITS = (
+    (0.3, 0.298, 0.302, "0.300", "[0.298, 0.302]"),
+    (5.0, 4.51, 5.53, "5.00", "[4.51, 5.53]"),
+    (-2.34e-5, -3e-5, -1e-5, "-2.34e-5", "[-3.00e-5, -1.00e-5]"),
+    (0.35, 0.34999, 0.35001, "0.35000", "[0.34999, 0.35001]"),
+    (0.0004, -0.5, 0.5, "0.000", "[-0.500, 0.500]"),
+)
+
+
+def test_digits_follow_the_interval_which_is_shown_of_a_model_that_fits(folder, opened, tabs):
+    bench, seen = opened(simulated(folder)), {}
+
+    def given(route, step):
+        one = dict(zip(("value", "low", "high"), seen["case"]))
+        step["cards"][1]["parameters"][0] |= {**one, "factor": 1.0}
+        step["cards"][1]["superfluous"] = one["low"] <= 0 <= one["high"]
+        return {**step, "adequate": seen["fits"]}
+
+    page = tabs.open(bench)
+    altered(page, re.compile("/api/step"), given)
+    for *case, value, interval in DIGITS:
+        seen |= {"case": case, "fits": True}
+        page.reload()
+        row = page.locator(".effect[data-kind=bias_instability]")
+        expect(row.locator("input[type=number]").first).to_have_value(value)
+        expect(row.locator(".interval").first).to_have_text(interval)
+    expect(row).to_have_class("effect nothing")  # the last one contains 0
+    expect(row.get_by_label("Remove bias instability")).to_be_visible()
+    row.locator("input[type=number]").first.press("ArrowUp")
+    expect(row.locator("input[type=number]").first).to_have_value("0.001")
+    seen["fits"] = False
+    page.reload()
+    expect(row.locator("input[type=number]").first).to_be_visible()
+    expect(page.locator(".interval")).to_have_count(0)
     page.keyboard.press("w")
     chosen = page.locator("#deviation svg rect[stroke-width='2.5']")
     place = chosen.get_attribute("x")

@@ -134,19 +134,43 @@ def headline(
     return "The model is off by", words.away(worst["ratio"]), f"at {tau}{where}"
 
 
-def contested(judgement: Judgement, against: Sequence[Candidate]) -> tuple[str, str, str]:
-    """The headline of a model that fits, while something speaks against it: the likeliest effect,
-    and those that the recording hardly tells from it."""
-    fits = "fits" if judgement.adequacy == "statistical" else "fits within 5 %"
-    rivals = [one for one in against if one.log_p - against[0].log_p < CHANCE.tell_apart]
+def untested(judgement: Judgement, longest_s: float) -> str:
+    """The averaging times that the verdict says nothing about. longest_s: the longest of a cell;
+    "" if none can be tested."""
+    if not judgement.testable:
+        return ""
+    if not judgement.adequate:
+        return f"Not tested above {words.brief(longest_s)}"
+    if not judgement.shown_to_tau_s:
+        return "No averaging time is confirmed within 5 %"
+    return f"Not confirmed above {words.brief(judgement.shown_to_tau_s)}"
+
+
+def against(judgement: Judgement) -> str:
+    """What the residual shows against a model, in a few words; "" if nothing."""
+    if judgement.adequacy == "statistical" or not judgement.testable:
+        return ""
+    largest = judgement.largest
+    if judgement.p_value < CHANCE.adequate_p:
+        return f"the residual is not noise alone, {p_is(judgement.p_value)}"
+    if largest:
+        return f"a deviation of at least {number(abs(largest['percent']), 2)} % is proven"
+    if misread_alone(judgement):
+        return "the recording has another angle random walk"
+    return f"the error is {judgement.error / judgement.floor:.2f} times that of a true model"
+
+
+def lacks(found: Sequence[Candidate]) -> str:
+    """What speaks against a model that fits: the likeliest effect, and those that the recording
+    hardly tells from it, with p."""
+    rivals = [one for one in found if one.log_p - found[0].log_p < CHANCE.tell_apart]
     named = words.listed(rivals[:SHOWN_AGAINST], titled, joint=" or ")
-    over = f" {brief_reach(judgement)}" if judgement.shown_to_tau_s else ""
-    return f"The model {fits}{over}, but lacks", named, f"({p_is(p_of(against[0]))})"
+    return f"{named}, {p_is(p_of(found[0]))}"
 
 
 def p_of(one: Candidate) -> float:
     """Chance of an effect, as many as are tried."""
-    return float(np.exp(one.log_p)) * len(table.TABLE)
+    return min(1.0, float(np.exp(one.log_p)) * len(table.TABLE))
 
 
 def titled(one: Candidate) -> str:

@@ -163,10 +163,17 @@ def headline(outcome: Outcome, first: bool, known: bool = True) -> Json:
 
 def model(outcome: Outcome, recording: Recording, first: bool = True) -> Json:
     """A step as the page shows it. first: does it have no step before it."""
-    judgement = outcome.state.judgement
+    judgement, tested = outcome.state.judgement, [one.tau_s for one in outcome.state.cells]
+    longest = max(tested, default=0.0)
     return {
         **headline(outcome, first),
         "worst": judgement.largest or judgement.farthest,
+        "untested": verdict.untested(judgement, longest),
+        "shown_s": [
+            judgement.shown_from_tau_s,
+            judgement.shown_to_tau_s if judgement.adequate else longest,
+        ],
+        "against": verdict.against(judgement),
         "cards": [card(outcome, place, taken) for place, taken in enumerate(losses(outcome))],
         "deviation": deviation(outcome, recording),
         "map": curves.failure_map(outcome.state.cells),
@@ -190,13 +197,14 @@ def model(outcome: Outcome, recording: Recording, first: bool = True) -> Json:
 
 
 def ranking(outcome: Outcome, recording: Recording, ranked: Sequence[Candidate]) -> Json:
-    """The candidates beside a fit. When none is significant: the sentences, the plain values of
-    what is left unexplained, and the headline of a model that does not fit."""
+    """The candidates beside a fit, and the kinds that speak against one that fits. When none is
+    significant: the sentences, the plain values of what is left unexplained, and the headline of a
+    model that does not fit."""
     found = {"candidates": candidates(ranked), "nothing": [], "unknown": None, "against": []}
     contradicting = evidence.contradicting(ranked)
     if outcome.state.judgement.adequate and contradicting:
         return found | {
-            "headline": verdict.contested(outcome.state.judgement, contradicting),
+            "lacks": verdict.lacks(contradicting),
             "against": [one.kind for one in contradicting],
             "said": verdict.contradicted(contradicting),
         }
@@ -236,6 +244,7 @@ def candidates(ranked: Sequence[Candidate]) -> list[Json]:
             "gain": c.gain,
             "log_p": c.log_p,
             "beyond_chance": bool(c.log_p + np.log(len(table.TABLE)) < np.log(CHANCE.family_wise)),
+            "p": words.p_is(verdict.p_of(c)),
             "alike": c.kind in alike,
             "note": notes.get(c.kind),
             "why": evidence.why(c, None),
@@ -295,6 +304,47 @@ def against(dataset: Dataset, text: str, column: str, lag_s: float) -> Json:
 
 
 def axes(dataset: Dataset) -> list[Json]:
+def moves(dataset: Dataset, text: str) -> list[Json]:
+    """Of each logged column, the likeliest first: the means of equal stretches, beside the bias and
+    the noise there. The chance of a bias is that of the whitened residual, in which slow noise does
+    not pass for a correlation."""
+    bias, noise, columns = dataset.moving(text, THUMBNAIL)
+    state = dataset.outcome_of(text, True).fitted
+    known = compare.correlations(state, dataset.column, gyros=True)
+    found = []
+    for name, x in columns.items():
+        of_bias, of_noise = (correlation(x, y) for y in (bias, noise))
+        odds = 2 * norm_sf(abs(np.arctanh(of_noise)) * np.sqrt(len(x) - 3))
+        found.append(
+            {
+                "column": name,
+                "x": x.tolist(),
+                "bias": tied(bias, of_bias, known.get(name, (0.0, 1.0))[1] * 2 * len(columns)),
+                "noise": tied(noise, of_noise, odds * 2 * len(columns)),
+            }
+        )
+    return sorted(found, key=lambda one: min(one["bias"]["chance"], one["noise"]["chance"]))
+
+
+def correlation(x: Floats, y: Floats) -> float:
+    """0 of what is constant."""
+    if np.ptp(x) == 0 or np.ptp(y) == 0:
+        return 0.0
+    return float(np.clip(np.corrcoef(x, y)[0, 1], -1 + 1e-12, 1 - 1e-12))
+
+
+def tied(y: Floats, correlation: float, p: float) -> Json:
+    """What may move with a column. p: counts all columns, for bias and noise."""
+    chance = min(1.0, float(p))
+    return {
+        "y": y.tolist(),
+        "correlation": correlation,
+        "chance": chance,
+        "p": words.p_is(chance),
+        "significant": chance < CHANCE.family_wise,
+    }
+
+
     """The Allan deviation of every gyro, or accelerometer, of the recording, as it was read."""
     found, window = [], dataset.whole.samples // 2 * 2
     taus = allan.octaves(window)

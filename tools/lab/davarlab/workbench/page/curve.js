@@ -64,7 +64,7 @@ export function withSize(view, card, parameter, size) {
 const mixed = (a, b, t) => a + (b - a) * t;
 const grow = (a, b, t) => b.map((value, i) => Math.exp(mixed(Math.log(a[i]), Math.log(value), t)));
 
-// Between two steps of the same recording, t from 0 to 1.
+// The curves between two steps of the same recording, t from 0 to 1. The error is that of the step, as are the words of the headline.
 export function between(a, b, t) {
     if (a.tau.length !== b.tau.length || a.cells.length !== b.cells.length) return b;
     const cells = b.cells.map((cell, i) => ({
@@ -78,8 +78,5 @@ export function between(a, b, t) {
         low: grow(a.low, b.low, t),
         high: grow(a.high, b.high, t),
         cells,
-        error: mixed(a.error, b.error, t),
-        floor: mixed(a.floor, b.floor, t),
-        moving: t < 1,
     };
 }

@@ -190,7 +190,7 @@ function drawn() {
     steps.stairs();
 }
 
-// A step moves curve, band, cells, bar, number and tread together.
+// A step moves curve, band and cells. Error and words change at once.
 function moveTo(from, to, turn) {
     now.animated = true;
     return new Promise((done) => {

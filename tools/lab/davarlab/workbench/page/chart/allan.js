@@ -16,12 +16,22 @@ const NAMES = {
 };
 const called = (kind) => NAMES[kind] || kind.replaceAll("_", " ");
 
-// range: {y: [low, high]} that stands still over the steps, tau: [first, last] of a zoom or null.
+// range: {y: [low, high]} that stands still over the steps, tau: [first, last] of a zoom or null. shown: [first, last] of the averaging times that the verdict is about, and words for the others, which are hatched.
 export class AllanChart {
     constructor(
         place,
         state,
-        { range, zoom = null, length = 0, span, small = false, overlay = null, unit, label = null },
+        {
+            range,
+            zoom = null,
+            length = 0,
+            span,
+            small = false,
+            overlay = null,
+            shown = null,
+            unit,
+            label = null,
+        },
     ) {
         const made = canvas(place, small ? "Allan deviation, measured and model" : label);
         this.ready = Boolean(made);
@@ -38,6 +48,7 @@ export class AllanChart {
         this.unit = unit;
         this.place(range, zoom);
         this.grid();
+        if (shown) this.hatch(shown);
         this.layers();
         this.update(state);
     }
@@ -117,6 +128,35 @@ export class AllanChart {
                 "averaging time",
             );
         else this.ratioGrid(grid);
+    }
+
+    // The averaging times that the verdict says nothing about.
+    hatch([first, last, words]) {
+        const { drawing, X, left, right, top, ratioBottom: bottom } = this,
+            id = `hatch-${this.clip}`,
+            pattern = svg(
+                "pattern",
+                { id, width: 8, height: 8, patternUnits: "userSpaceOnUse" },
+                drawing,
+            );
+        svg("path", { d: "M-2 10L10 -2", stroke: "var(--edge)", opacity: 0.5 }, pattern);
+        const edges = [X(first / Math.SQRT2), X(last * Math.SQRT2)].map((x) =>
+                clamp(x, left, right),
+            ),
+            group = svg("g", { class: "untested" }, drawing);
+        for (const [from, to] of [
+            [left, edges[0]],
+            [last ? edges[1] : left, right],
+        ]) {
+            if (to < from + 2 * LETTER) continue; // the margin of the axis
+            svg(
+                "rect",
+                { x: from, y: top, width: to - from, height: bottom - top, fill: `url(#${id})` },
+                group,
+            );
+            if (to > from + LETTER * words.length)
+                svg("text", { x: from + 6, y: bottom - 5, class: "halo" }, group, words);
+        }
     }
 
     ratioGrid(grid) {

@@ -1,19 +1,72 @@
-// The headline: does the model fit, how far is it off, and the error over its floor. Every sentence is the server's.
+// The headline, always in this order: what fits and over which times, what was not tested, what speaks against it. Beside it, the error over
+// its floor. Every sentence is the server's.
 import { gauge, reach } from "/page/chart/gauge.js";
-import { at, now } from "/page/now.js";
-import { element, errorText, fill, timesText } from "/page/words.js";
+import { acting, at, now } from "/page/now.js";
+import { element, errorText, fill } from "/page/words.js";
 
-// Does the model fit, and does no candidate speak against it. Not before the candidates are known.
-export const settled = () => now.view.adequate && Boolean(now.answer) && !now.answer.against.length;
+// Green: the model fits, the candidates are known, and nothing speaks against it.
+export const settled = () =>
+    now.view.adequate && !now.view.against && Boolean(now.answer) && !now.answer.against.length;
 const MEANS =
     "The error is the rms of log10(measured / model) over every window and averaging time. The error of a true model scatters around the floor: below it, nothing is left to explain. The floor changes a little from step to step, because the scatter of an Allan deviation depends on the noise in the model.";
 
+// Why the verdict is what it is.
+function why() {
+    const { p_value: p, said, observations, notes } = now.view;
+    return element(
+        "details",
+        { id: "why", class: "why", open: at("why")?.open },
+        element("summary", {}, "Why?"),
+        element(
+            "div",
+            { class: "panel", tabindex: 0, role: "group", "aria-label": "Why" },
+            element("p", { id: "said" }, [said, now.answer?.said].filter(Boolean).join(" ")),
+            p === null || said.includes("(p ")
+                ? null
+                : element("p", {}, p < 1e-6 ? "p < 1e-6" : `p = ${p.toFixed(2)}`),
+            ...[...observations.map((one) => one.said), ...notes].map((note) =>
+                element("p", {}, note),
+            ),
+            element("p", {}, MEANS),
+        ),
+    );
+}
+
+// What speaks against the model. Of one that fits, the effect that it lacks can be added here.
+function against() {
+    const { view, answer } = now,
+        kind = answer?.against[0],
+        lacking = kind && answer.candidates.find((one) => one.kind === kind),
+        said = [answer?.lacks, view.against].filter(Boolean).join("; ");
+    if (said)
+        return [
+            element("span", {}, `Against it: ${said}`),
+            lacking &&
+                element(
+                    "button",
+                    {
+                        class: "small",
+                        "aria-label": `Add ${lacking.title}, which speaks against the model`,
+                        onclick: () =>
+                            acting(`Fitting with ${lacking.title}`, "add", {
+                                place: lacking.place,
+                                kind,
+                            }),
+                    },
+                    "Add",
+                ),
+        ];
+    if (!view.adequate) return [];
+    return answer
+        ? ["Nothing speaks against it"]
+        : [element("span", { class: "soft" }, "Trying what may speak against it …")];
+}
+
 export function headline() {
-    const [before, strong, after] = now.answer?.headline || now.view.headline;
-    const open = at("why")?.open,
+    const [before, strong, after] = now.answer?.headline || now.view.headline,
         held = now.answer ? at("held-out-error")?.textContent : ""; // of the same step
-    at("head").className = `head ${settled() ? "settled" : ""}`;
-    const p = now.view.p_value;
+    const pending = now.view.adequate && !now.view.against && !now.answer;
+    at("head").className = `head ${settled() ? "settled" : pending ? "pending" : ""}`;
     fill(
         "headline",
         element(
@@ -26,29 +79,11 @@ export function headline() {
         element(
             "div",
             { class: "under" },
-            element(
-                "details",
-                { id: "why", class: "why", open },
-                element("summary", {}, "Why?"),
-                element(
-                    "div",
-                    { class: "panel", tabindex: 0, role: "group", "aria-label": "Why" },
-                    element(
-                        "p",
-                        { id: "said" },
-                        [now.view.said, now.answer?.said].filter(Boolean).join(" "),
-                    ),
-                    p === null || now.view.said.includes("(p ")
-                        ? null
-                        : element("p", {}, p < 1e-6 ? "p < 1e-6" : `p = ${p.toFixed(2)}`),
-                    ...[...now.view.observations.map((one) => one.said), ...now.view.notes].map(
-                        (note) => element("p", {}, note),
-                    ),
-                    element("p", {}, MEANS),
-                ),
-            ),
+            element("span", { id: "untested", class: "soft" }, now.view.untested),
+            why(),
             element("span", { id: "held-out-error", class: "soft" }, held),
         ),
+        element("p", { id: "contrary", class: "contrary" }, ...against().filter(Boolean)),
         ...now.view.observations.map((one) =>
             element("p", { class: "observation", title: one.said }, one.said),
         ),
@@ -66,21 +101,12 @@ document.addEventListener("keydown", (event) => {
     }
 });
 
-// The bar alone: while a value moves, while a step is animated.
+// The bar alone, while a value moves. The words are of the step before and make room for a hint.
 export function error() {
     const { drawn } = now;
+    at("headline").classList.toggle("moving", Boolean(drawn.moving));
     at("error-value").textContent = errorText(drawn.error);
     at("floor-value").textContent = errorText(drawn.floor);
     at("gauge").title = MEANS;
     gauge(at("gauge"), drawn, now.before, reach(now.all.steps), drawn.moving ? false : settled());
-    if (drawn.moving && !now.animated) follow();
-}
-
-// The number in the headline is the number in the chart, while a value moves too.
-function follow() {
-    const { worst, headline } = now.view,
-        strong = at("headline-strong");
-    const i = worst ? now.drawn.tau.findIndex((tau) => Math.abs(tau / worst.tau_s - 1) < 0.01) : -1;
-    if (i >= 0 && headline[0].includes("off by"))
-        strong.textContent = timesText(now.drawn.measured[i] / now.drawn.model[i]);
 }

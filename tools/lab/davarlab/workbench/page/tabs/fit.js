@@ -35,6 +35,7 @@ export function build(panel) {
                 ["95 %", "band"],
                 ["model too low", "low"],
                 ["too high", "high"],
+                ["not tested or confirmed", "hatch"],
             ].map(([name, kind]) => element("span", {}, element("i", { class: kind }), name)),
         ),
         element("div", { class: "plot", id: "deviation" }),
@@ -58,6 +59,7 @@ export function draw() {
         length: now.length,
         span: now.all.duration_s,
         unit: rateUnit(),
+        shown: [...now.view.shown_s, now.view.adequate ? "not confirmed" : "not tested"],
         overlay: now.sheet ? [{ ...now.sheet, name: "data sheet" }] : null,
     });
     if (!chart.ready) return;
