@@ -107,7 +107,7 @@ def one_session(page, folder):
     tab(page, "where")
     spectrum = expect(page.locator("#cell-spectrum svg"))
     yield 1000 * spent(lambda: (page.keyboard.press("w"), spectrum.to_be_visible()))
-    page.click("#tab-plan")
+    page.click("#view-plan")
     expect(page.locator("#plan")).to_have_attribute("aria-busy", "false")
     page.wait_for_timeout(REST_MS)
     sliders = page.locator("#plan-wishes input[type=range]").all()

@@ -180,7 +180,7 @@ def test_the_gyro_of_the_open_recording_is_planned_for(opened, tabs):
     bench.done("tutorial")
     page = tabs.open(bench)
     expect(page.locator("#headline h1")).to_be_visible()
-    page.click("#tab-plan")
+    page.click("#view-plan")
     for _ in range(2):
         expect(page.locator("#plan-rate")).to_have_value("50")
         # deg/sqrt(h), of the simulated sensor

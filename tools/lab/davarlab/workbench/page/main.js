@@ -37,22 +37,16 @@ import { duration, element, fill, number } from "/page/words.js";
 const STEP_MS = 900; // of the animation of a step
 const stills = matchMedia("(prefers-reduced-motion: reduce)");
 
+const still = () => {}; // no zoom, but a drawing to save
 tabs.build([
-    { id: "fit", title: "Fit", build: fit.build, draw: fit.draw, zoom: fit.zoom },
-    { id: "where", title: "Where", build: where.build, draw: where.draw, zoom: () => {} },
-    {
-        id: "spectrum",
-        title: "Spectrum",
-        build: spectrum.build,
-        draw: spectrum.draw,
-        zoom: spectrum.zoom,
-    },
-    { id: "columns", title: "Columns", build: columns.build, draw: columns.draw, zoom: () => {} },
-    { id: "axes", title: "Axes", build: axes.build, draw: axes.draw },
-    { id: "sheet", title: "Data sheet", build: sheet.build, draw: sheet.draw, zoom: () => {} },
-    { id: "held", title: "Hold-out", build: held.build, draw: held.draw },
-    { id: "live", title: "Live", build: live.build, draw: live.draw },
-    { id: "plan", title: "Plan", leaves: () => plan(true) },
+    { id: "fit", of: "Look", title: "Fit", ...fit },
+    { id: "where", of: "Look", title: "Where", ...where, zoom: still },
+    { id: "spectrum", of: "Look", title: "Spectrum", ...spectrum },
+    { id: "columns", of: "Look", title: "Columns", ...columns, zoom: still },
+    { id: "axes", of: "Look", title: "Axes", ...axes },
+    { id: "sheet", of: "Compare", title: "Data sheet", ...sheet, zoom: still },
+    { id: "held", of: "Compare", title: "Hold-out", ...held },
+    { id: "live", ...live }, // its button is in the header
 ]);
 
 const opened = {

@@ -6,41 +6,49 @@ import { element } from "/page/words.js";
 let tabs = [],
     shown = null;
 
-// tabs: {id, title, build(panel), draw(panel), zoom(factor or null to reset)}.
+// tabs: {id, of, title, build(panel), draw(panel), zoom(factor or null to reset)}. of: the group; one without has its button elsewhere.
 export function build(all) {
     tabs = all;
-    const buttons = tabs.map((one, i) =>
+    const listed = tabs.filter((one) => one.of);
+    const buttons = listed.map((one, i) =>
         element(
             "button",
             {
                 role: "tab",
                 id: `tab-${one.id}`,
                 "aria-controls": `panel-${one.id}`,
-                onclick: () => choose(one),
                 onkeydown: (event) => {
                     const by = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
                     if (!by) return;
                     event.preventDefault();
-                    const next = buttons[(i + by + tabs.length) % tabs.length];
+                    const next = buttons[(i + by + listed.length) % listed.length];
                     next.focus();
-                    if (!tabs[(i + by + tabs.length) % tabs.length].leaves) next.click();
+                    next.click();
                 },
             },
             one.title,
         ),
     );
-    at("tablist").replaceChildren(...buttons);
+    for (const name of new Set(listed.map((one) => one.of)))
+        at("tablist").append(
+            element("span", { class: "group", "aria-hidden": true }, name),
+            element(
+                "div",
+                { role: "tablist", class: "row", "aria-label": name },
+                ...buttons.filter((_, i) => listed[i].of === name),
+            ),
+        );
     for (const one of tabs) {
-        if (one.leaves) continue;
+        at(`tab-${one.id}`).onclick = () => choose(one);
         const panel = element("section", {
-            role: "tabpanel",
+            role: one.of ? "tabpanel" : "region",
             id: `panel-${one.id}`,
             class: "tabpanel",
             "aria-labelledby": `tab-${one.id}`,
             hidden: true,
         });
         at("panels").append(panel);
-        one.build?.(panel);
+        one.build(panel);
     }
     new ResizeObserver(() => draw()).observe(at("panels"));
     at("zoom").onclick = () => {
@@ -56,18 +64,14 @@ export function build(all) {
 }
 
 function choose(one) {
-    if (one.leaves) {
-        one.leaves();
-        return;
-    }
     shown = one;
     for (const other of tabs) {
         const button = at(`tab-${other.id}`),
             here = other === one;
-        button.setAttribute("aria-selected", String(here));
-        button.tabIndex = here ? 0 : -1;
+        button.setAttribute(other.of ? "aria-selected" : "aria-pressed", String(here));
+        if (other.of) button.tabIndex = here || (!one.of && other === tabs[0]) ? 0 : -1;
         if (here) button.scrollIntoView({ block: "nearest", inline: "nearest" });
-        if (at(`panel-${other.id}`)) at(`panel-${other.id}`).hidden = !here;
+        at(`panel-${other.id}`).hidden = !here;
     }
     at("tab-tools").hidden = !one.zoom;
     draw();
