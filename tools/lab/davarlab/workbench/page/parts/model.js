@@ -19,7 +19,9 @@ export function whenMoved(work) {
 }
 
 // The middle 40 % of a slider is the 95 % interval, its ends are a third and 3 times the estimate; without an interval, a logarithm of it all.
+// To the right is more, also of a negative value.
 function valueAt(place, { value, low, high }) {
+    if (value < 0) return -valueAt(1 - place, { value: -value, low: -high, high: -low });
     const ends = [value / 3, value * 3];
     if (!(low > 0 && high > 0 && value > 0 && low > ends[0] && high < ends[1]))
         return Math.sign(value || 1) * Math.abs(value || 1e-6) * 9 ** (2 * (place - 0.5));
@@ -69,25 +71,36 @@ const key = (one) =>
 export const held = () =>
     now.view.cards.filter((one) => locked.has(key(one))).map((one) => one.place);
 
-// Both ends of an interval with the same digits.
-const digits = (value) => {
-    const text = value.toPrecision(3);
-    return text.includes("e") ? number(value) : text;
-};
+// Without its interval, where the model fails.
+const valid = (one, adequate) => (adequate ? one : { ...one, low: null, high: null });
 
-// An interval assumes that the model fits: otherwise it is struck.
+// Numbers of a parameter with the digits of its interval: three, or as many more as tell its ends apart. Unlike toPrecision, all with one count of decimals.
+function digits({ value, low, high, factor }) {
+    const apart = low === null || low === undefined ? Infinity : Math.abs((high - low) * factor),
+        size = Math.max(...[value, low, high].map((one) => Math.abs(one * factor))) || 1,
+        least = Math.min(size / 100, apart > 0 ? apart / 2 : Infinity),
+        power = size < 1e-3 || size >= 1e6 ? Math.floor(Math.log10(size)) : 0,
+        decimals = Math.min(9, Math.max(0, Math.ceil(power - Math.log10(least) - 1e-9)));
+    return {
+        text: (shown) =>
+            (shown / 10 ** power).toFixed(decimals).replace(/^-(0\.?0*)$/, "$1") +
+            (power ? `e${power}` : ""),
+        step: Number(`1e${power - decimals}`),
+    };
+}
+
+export const valueShown = (one, adequate) =>
+    digits(valid(one, adequate)).text(one.value * one.factor);
+
+// An interval assumes that the model fits: otherwise there is none.
 export const intervalShown = (one, adequate, style) =>
-    element(
-        adequate || one.low === null || one.low === undefined ? "span" : "s",
-        { class: style, title: adequate ? null : "Not valid while the model does not fit" },
-        interval(one),
-    );
-const interval = (one) =>
-    one.undetermined
-        ? "not determined"
-        : one.low === null || one.low === undefined
-          ? "as set"
-          : `[${digits(one.low * one.factor)}, ${digits(one.high * one.factor)}]`;
+    adequate ? element("span", { class: style }, interval(one)) : null;
+const interval = (one) => {
+    if (one.undetermined) return "not determined";
+    if (one.low === null || one.low === undefined) return "as set";
+    const { text } = digits(one);
+    return `[${text(one.low * one.factor)}, ${text(one.high * one.factor)}]`;
+};
 
 function row(card, parameter, label) {
     if (typeof parameter.value === "string")
@@ -98,10 +111,14 @@ function row(card, parameter, label) {
             element("b", { class: "word" }, parameter.value),
         );
     const unit = unitText(parameter.unit),
+        known = valid(parameter, now.view.adequate),
+        { text, step } = digits(known),
+        first = text(parameter.value * parameter.factor),
         box = element("input", {
             type: "number",
-            step: "any",
-            value: Number((parameter.value * parameter.factor).toPrecision(3)),
+            step, // of the arrows: the last digit
+            value: first,
+            style: `width:${Math.max(8, first.length + 2)}ch`,
             "aria-label": `${label}, ${unit || parameter.name}`,
             onchange: () =>
                 box.value.trim() &&
@@ -135,13 +152,13 @@ function row(card, parameter, label) {
         slider.settled = setTimeout(() => slider.dispatchEvent(new Event("change")), 400);
     });
     slider.addEventListener("input", () => {
-        box.value = Number((at() * parameter.factor).toPrecision(4));
+        box.value = text(at() * parameter.factor);
         actions.moved(card, parameter, at());
     });
     slider.addEventListener("change", () => actions.released(card, parameter, at()));
     return element(
         "div",
-        { class: `par${parameter.low > 0 ? "" : " plain"}` },
+        { class: `par${known.low === null || known.low * known.high <= 0 ? " plain" : ""}` },
         element("span", {}, label),
         slider,
         element(
@@ -149,8 +166,7 @@ function row(card, parameter, label) {
             { class: "v" },
             box,
             ` ${unit}`,
-            element("br"),
-            intervalShown(parameter, now.view.adequate, "soft"),
+            intervalShown(parameter, now.view.adequate, "soft interval"),
         ),
     );
 }
@@ -309,7 +325,9 @@ export function draw() {
             element(
                 "span",
                 { class: "grow soft small" },
-                now.view.adequate || now.view.error === null ? null : "valid if nothing is missing",
+                now.view.adequate || now.view.error === null
+                    ? null
+                    : "no intervals: the model does not fit",
             ),
             back,
             element(

@@ -1,10 +1,10 @@
 // All axes beside each other: verdict, missing effect and parameters. A click opens an axis.
 import { ask } from "/page/api.js";
-import { intervalShown, titled } from "/page/parts/model.js";
+import { intervalShown, titled, valueShown } from "/page/parts/model.js";
 import { cards, pause, titled as named, wantedStill } from "/page/parts/next.js";
 import { at, leaving, now, refused } from "/page/now.js";
 import { select } from "/page/tabs/tabs.js";
-import { capital, element, fill, number, unitText } from "/page/words.js";
+import { capital, element, fill, unitText } from "/page/words.js";
 
 let rows = new Map(),
     rowsOf = null,
@@ -78,11 +78,11 @@ function keep() {
     return rows;
 }
 
-// As on the tab of the axis: a fit that a significant candidate contradicts is not green.
-const settled = (row) => row.adequate && !row.against.length;
+// As in the headline of the axis: a fit that something speaks against is not green.
+const settled = (row) => row.adequacy === "statistical" && !row.against.length;
 
 const missing = (row) =>
-    settled(row)
+    row.adequate && !row.against.length
         ? "Nothing"
         : row.unknown
           ? "No known effect"
@@ -119,7 +119,7 @@ function value(row, column) {
             : typeof one.value === "string"
               ? [one.value]
               : [
-                    element("b", {}, number(one.value * one.factor)),
+                    element("b", {}, valueShown(one, row.adequate)),
                     element("br"),
                     intervalShown(one, row.adequate, "soft small"),
                 ]),
