@@ -254,6 +254,25 @@ def test_a_held_effect_stays_and_the_others_are_fitted_around_it(folder, opened)
         for size, value in zip(best, around(place, 1.0), strict=True):
             assert size["low"] < value < size["high"], (place, size)
     for held in ([0, 1], [7]):  # no noise to fit; no such effect
+def test_two_candidates_join_at_once(folder, opened):
+    bench = opened(simulated(folder, RAMP, LINE, seed=23))
+    one, two = bench.candidate("rate_ramp"), bench.candidate("sinusoid")
+    pair = {"place": one, "also": two, "also_kind": "sinusoid"}
+    seen = bench.ask("candidate_preview", **pair)
+    alone = bench.ask("candidate_preview", place=one)
+    assert bench.act("add", **{**pair, "also_kind": "flicker"})[0] == 409
+    assert bench.act("add", **{**pair, "also": 99})[0] == 400
+    bench.done("add", **pair)
+    step, shown = bench.ask("step"), bench.ask("all")["steps"]
+    assert [card["kind"] for card in step["cards"][2:]] == ["rate_ramp", "sinusoid"]
+    assert [one["did"] for one in shown[1:]] == ["added rate ramp and line at 3 Hz"]
+    assert seen["error"] == step["error"] < alone["error"]
+    bench.done("go", number=0)
+    bench.done("add", place=one)
+    bench.done("add", place=bench.candidate("sinusoid"))
+    assert bench.ask("step")["error"] == close(seen["error"], 1e-3)
+
+
         assert bench.act("refit", held=held)[0] == 400
 
 

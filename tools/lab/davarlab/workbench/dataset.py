@@ -18,7 +18,7 @@ from ..data import clock, plausible
 from ..data import recording as recordings
 from ..diagnosis import compare, fitting, improve, search
 from ..diagnosis.improve import Estimates
-from ..diagnosis.state import Judged, Progress
+from ..diagnosis.state import Judged, Progress, State
 from ..effects import columns as columns_of
 from ..errors import BadInput
 from ..inference.parts import Part
@@ -362,14 +362,19 @@ class Dataset:
         )
         return Candidate(part.kind, part, 0.0, 0.0)
 
-    def with_candidate(
-        self, text: str, candidate: Candidate, progress: Progress, between: Callable[[], None]
+    def with_candidates(
+        self,
+        text: str,
+        candidates: Sequence[Candidate],
+        progress: Progress,
+        between: Callable[[], None],
     ) -> Outcome:
         """The model with a candidate, all refitted; `between` is called before each fit, and may
         raise."""
         fitted = self.outcome_of(text, True, progress).fitted
-        asking = replace(fitted, bench=fitted.bench.asking(between))
-        state = fitting.joined(asking, candidate.part, candidate.replaces)
+        state: State = replace(fitted, bench=fitted.bench.asking(between))
+        for candidate in candidates:
+            state = fitting.joined(state, candidate.part, candidate.replaces)
         between()
         state = fitting.judged(replace(state, bench=state.bench.asking(lambda: None)))
         model, entries = improve.fitted_model(

@@ -121,6 +121,13 @@ class OfPlace(Shown):
     kind: Text
 
 
+class Join(OfPlace):
+    """A candidate, perhaps with another one that joins with it."""
+
+    also: Place | None = None
+    also_kind: Text = ""
+
+
 class Line(Shown):
     f_hz: Number
     wide: bool = False
@@ -245,7 +252,7 @@ REQUESTS: dict[str, type[Given]] = {
     "skip": Skip,
     "read": Read,
     "selection": SelectionRequest,
-    "add": OfPlace,
+    "add": Join,
     "line": Line,
     "set": Set,
     "refit": Refit,
@@ -266,8 +273,9 @@ REQUESTS: dict[str, type[Given]] = {
     "axis": Axis,
     "sensors": Nothing,
     "sensor_axes": SensorAxes,
-    "candidate_preview": OfPlace,
+    "candidate_preview": Join,
     "against": Against,
+    "moves": Nothing,
     "preview": Preview,
     "held_out": OfStep,
     "report": Report,

@@ -174,7 +174,7 @@ class Own:
                     f"{effect.kind}: it is in the model already, or it needs a column that this "
                     "recording lacks"
                 )
-            return self.stepping.join(step, found[0])
+            return self.stepping.join(step, found[:1])
 
     @contextlib.contextmanager
     def keeping(self, effect: Effect, text: str) -> Iterator[None]:

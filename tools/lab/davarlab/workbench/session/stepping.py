@@ -143,12 +143,17 @@ class Stepping:
         except Superseded:
             return {"number": step.number, "state": state, "superseded": True}
 
-    def candidate(self, step: Step, place: int, kind: str) -> Candidate:
+    def wanted(
+        self, step: Step, place: int, kind: str, also: int | None, also_kind: str
+    ) -> list[Candidate]:
+        """The candidate of a place, and the one that is to join with it."""
         text = self.fitted_step(step).text
         ranked = self.session.open_dataset.ranked(text, self.session.progress)
-        if place >= len(ranked):
-            raise BadInput(f"there is no candidate {place}")
-        return self.of_kind(ranked[place], kind)
+        given = [(place, kind)] + ([] if also is None else [(also, also_kind)])
+        for one, _ in given:
+            if one >= len(ranked):
+                raise BadInput(f"there is no candidate {one}")
+        return [self.of_kind(ranked[one], kind) for one, kind in given]
 
     @staticmethod
     def of_kind(found: OfKind, kind: str) -> OfKind:
@@ -165,14 +170,18 @@ class Stepping:
         if self.session.superseded(but):
             raise Superseded
 
-    def candidate_preview(self, place: int, kind: str, state: str) -> Json:
-        """The curve and the error with a candidate, before it is added; given up as the ranking
-        is, and when the page shows an older step, but not for Add, which takes the result."""
-        same = "add", {"place": place, "kind": kind, "state": state}
+    def candidate_preview(
+        self, place: int, kind: str, state: str, also: int | None = None, also_kind: str = ""
+    ) -> Json:
+        """The curve and the error with a candidate, or with two, before they are added; given up as
+        the ranking is, and when the page shows an older step, but not for Add, which takes the
+        result."""
+        given: Json = {"place": place, "kind": kind, "state": state}
+        same = "add", given if also is None else {**given, "also": also, "also_kind": also_kind}
         try:
             step = self.current(state)
-            candidate = self.candidate(step, place, kind)
-            found = self.joined(step, candidate, lambda: self.give_way(same))
+            wanted = self.wanted(step, place, kind, also, also_kind)
+            found = self.joined(step, wanted, lambda: self.give_way(same))
         except (Superseded, Stale):
             return {"superseded": True}
         judgement = found.state.judgement
@@ -201,33 +210,38 @@ class Stepping:
         return model
 
     def joined(
-        self, step: Step, candidate: Candidate, between: Callable[[], None] = lambda: None
+        self,
+        step: Step,
+        candidates: Sequence[Candidate],
+        between: Callable[[], None] = lambda: None,
     ) -> Outcome:
         text = self.fitted_step(step).text
-        key = (text, candidate.kind, str(candidate.part.key))
+        key = (text, *((one.kind, str(one.part.key)) for one in candidates))
         return self.session.open_dataset.remembered(
             key,
-            lambda: self.session.open_dataset.with_candidate(
-                text, candidate, self.session.progress, between
+            lambda: self.session.open_dataset.with_candidates(
+                text, candidates, self.session.progress, between
             ),
         )
 
-    def add(self, place: int, kind: str, state: str) -> Json:
-        """A candidate joins the model."""
+    def add(
+        self, place: int, kind: str, state: str, also: int | None = None, also_kind: str = ""
+    ) -> Json:
+        """A candidate joins the model, or two do at once."""
         step = self.current(state)
-        return self.join(step, self.candidate(step, place, kind))
+        return self.join(step, self.wanted(step, place, kind, also, also_kind))
 
     def line(self, f_hz: float, state: str, wide: bool = False) -> Json:
         """A line where somebody saw a peak; the fit moves a sharp one by less than one over the
         record's length."""
         step = self.current(state)
         text = self.fitted_step(step).text
-        return self.join(step, self.session.open_dataset.line_at(text, f_hz, wide))
+        return self.join(step, [self.session.open_dataset.line_at(text, f_hz, wide)])
 
-    def join(self, step: Step, candidate: Candidate) -> Json:
-        found = self.joined(step, candidate)
+    def join(self, step: Step, candidates: Sequence[Candidate]) -> Json:
+        found = self.joined(step, candidates)
         self.session.open_steps.go(step.number)
-        title = words.title(candidate.kind, candidate.part.shape)
+        title = words.listed((words.title(one.kind, one.part.shape) for one in candidates), str)
         title = "".join(one for one in title if one not in schema.MARKUP)
         return self.grow(f"added {title}", found, off=step.off)
 

@@ -1,21 +1,23 @@
-// The right column: the next step. Candidates as cards, the best one first; what fits; what no known effect explains.
+// The right column: the next step. Cards of what lowers the error, each with the error after it; what fits; what no known effect explains.
 import { ask } from "/page/api.js";
 import { bar } from "/page/parts/bar.js";
 import { headline, settled } from "/page/parts/head.js";
-import { open } from "/page/parts/own.js";
+import { open as edit } from "/page/parts/own.js";
 import { unknown } from "/page/parts/unknown.js";
 import { acting, at, now, refused, say, show } from "/page/now.js";
 import { capital, element, errorText, fill } from "/page/words.js";
 
 const CARDS = 3,
-    ALIKE = 3,
-    NEAR = 30; // cards shown; in units of the log-likelihood
-let foreseen = new Map(); // place -> error and curve with a candidate
+    FIRST = 6, // effects whose errors are computed for the cards
+    PAIRED = 3, // of which pairs are tried, if none of them helps
+    HELPS = 0.99; // times the error: less is not seen
+const ALIKE = 3,
+    NEAR = 30; // in units of the log-likelihood
+let foreseen = new Map(); // key of a card -> error and curve with its effect, or its two
 
 // Loads the candidates for the fitted model. This runs after a step is drawn, so that its curve appears first.
 export async function rank(turn) {
-    [now.found, now.answer] = [null, null];
-    foreseen = new Map();
+    [now.found, now.answer, foreseen] = [null, null, new Map()];
     trying("the effects");
     try {
         const answer = await ask("candidates", { number: now.view.number });
@@ -66,29 +68,58 @@ function trying(what, found = []) {
     );
 }
 
-// Is it known that the error does not fall, or by less than one sees, with a candidate.
-const rises = (one) =>
-    now.found?.includes(one) && foreseen.get(one.place)?.error > 0.99 * now.view.error;
+// A card is a candidate, others of the same physics, and perhaps a candidate that joins with it (also).
+const key = ({ one, also }) => (also ? `${one.place} ${also.place}` : String(one.place));
+const errorOf = (card) => foreseen.get(key(card))?.error;
+const helps = (card) => errorOf(card) <= HELPS * now.view.error;
 
-// The candidates by cards: those of the same physics together, the best of them in front. First come those with which the error falls.
-export function cards(found = now.found) {
+// Candidates beyond chance by cards: those of the same physics together, the one with the most evidence in front.
+export function families(found) {
     const beyond = found.filter((one) => one.beyond_chance),
         leaders = [...new Set(beyond.map((one) => one.leader))].map((place) =>
             beyond.find((one) => one.leader === place),
         );
-    return [...leaders.filter((one) => !rises(one)), ...leaders.filter(rises)]
-        .slice(0, CARDS)
-        .map((one) => ({
-            one,
-            others: beyond.filter(
-                (other) =>
-                    other !== one && other.leader === one.leader && other.log_p - one.log_p < ALIKE,
-            ),
-        }));
+    return leaders.map((one) => ({
+        one,
+        others: beyond.filter(
+            (other) =>
+                other !== one && other.leader === one.leader && other.log_p - one.log_p < ALIKE,
+        ),
+    }));
 }
 
-export const titled = ({ one, others }) =>
-    capital([one, ...others].map((other) => other.title).join(" or "));
+// Pairs of the first few, which are tried if none of them helps alone. Beside a model that fits, nothing has to help.
+function pairs(first) {
+    if (now.view.adequate || first.some((card) => !foreseen.has(key(card)) || helps(card)))
+        return [];
+    const few = first.slice(0, PAIRED);
+    return few.flatMap(({ one }, i) =>
+        few.slice(i + 1).map((other) => ({ one, also: other.one, others: [] })),
+    );
+}
+
+// What is tried for the cards, in this order.
+function tried() {
+    const first = families(now.found).slice(0, FIRST);
+    return [...first, ...pairs(first)];
+}
+
+// What lowers the error, the lowest first, and of pairs only the best one. What is not computed yet is behind.
+function cards() {
+    const all = tried().filter((card) => !foreseen.has(key(card)) || helps(card)),
+        best = all
+            .filter((card) => foreseen.has(key(card)))
+            .sort((a, b) => errorOf(a) - errorOf(b)),
+        waiting = all.filter((card) => !foreseen.has(key(card)));
+    return [...best.filter((card, i) => !card.also || i === 0), ...waiting].slice(0, CARDS);
+}
+
+export const titled = ({ one, others, also }) =>
+    capital(
+        also
+            ? `${one.title} and ${also.title}`
+            : [one, ...others].map((other) => other.title).join(" or "),
+    );
 
 function pips(gain) {
     const most = Math.max(...now.found.map((one) => one.gain)),
@@ -107,20 +138,14 @@ function pips(gain) {
 
 function draw() {
     const focused = document.activeElement?.dataset?.kind,
-        left = document.activeElement === at("page");
-    if (now.answer.unknown) fill("next", ...unknown(now.answer, rest(now.found)));
-    else if (settled()) fill("next", ...fits(), rest(now.found));
-    else if (!cards().length) fill("next", nothing(), rest(now.found));
-    else {
-        const shown = cards(),
-            first = shown[0],
-            kept = new Set(shown.flatMap(({ one, others }) => [one, ...others]));
-        fill(
-            "next",
-            ...shown.map((card) => article(card, card === first)),
-            rest(now.found.filter((one) => !kept.has(one))),
-        );
-    }
+        left = document.activeElement === at("page"),
+        shown = now.answer.unknown ? [] : cards(),
+        kept = new Set(shown.flatMap(({ one, others, also }) => (also ? [] : [one, ...others]))),
+        more = rest(now.found.filter((one) => !kept.has(one)));
+    if (now.answer.unknown) fill("next", ...unknown(now.answer, more));
+    else if (shown.length) fill("next", ...shown.map((card, i) => article(card, i === 0)), more);
+    else if (now.view.adequate) fill("next", ...fits(), more);
+    else fill("next", nothing(), more);
     if (focused)
         document
             .querySelector(`#next button[data-kind="${focused}"]`)
@@ -128,11 +153,14 @@ function draw() {
     else if (left) document.querySelector("#next .best button")?.focus({ preventScroll: true }); // a step left it behind
 }
 
-// No candidate, and no place of a misfit: the recording permits no verdict, or the rest is below chance.
+// No candidate helps, and no place of a misfit is known: the recording permits no verdict, or what is significant does not lower the error.
 const nothing = () =>
     element(
         "article",
         { class: "panel unknown", id: "nothing" },
+        families(now.found).length
+            ? element("p", {}, "No significant effect lowers the error, alone or with another one.")
+            : null,
         ...[...now.answer.nothing, ...now.view.observations.map((one) => one.said)].map((said) =>
             element("p", {}, said),
         ),
@@ -149,6 +177,7 @@ function article(card, best) {
         "article",
         {
             class: `card panel${best ? " best" : ""}`,
+            "data-key": key(card),
             onpointerenter: () => preview(card),
             onpointerleave: () => preview(null),
         },
@@ -161,67 +190,59 @@ function article(card, best) {
 // Writes what is known of the candidates by now around their buttons, which stay if their order does: one may be pressed just now.
 function redraw() {
     const shown = cards(),
-        places = [...document.querySelectorAll("#next > .card > .candidate")].map((one) =>
-            Number(one.dataset.place),
+        places = [...document.querySelectorAll("#next > .card[data-key]")].map(
+            (one) => one.dataset.key,
         );
-    if (String(places) !== String(shown.map(({ one }) => one.place))) draw();
+    if (!shown.length || String(places) !== String(shown.map(key))) draw();
     else for (const [i, card] of shown.entries()) write(at("next").children[i], card, i === 0);
 }
 
 function write(made, card, best) {
-    const { one, others } = card,
-        later = foreseen.get(one.place),
+    const { one, others, also } = card,
+        later = foreseen.get(key(card)),
         before = now.view.error,
-        add = made.querySelector("button");
-    const to =
-        later &&
-        element(
-            "span",
-            { class: "to" },
-            best ? element("span", { class: "soft" }, `${errorText(before)} `) : null,
-            `→ ${errorText(later.error)}`,
-        );
-    const falls = !rises(one);
-    const say = !falls ? "The error does not fall." : best ? one.physics : "";
+        add = made.querySelector("button"),
+        notes = others.map((other) => other.note).filter(Boolean);
     for (const child of [...made.children]) if (child !== add) child.remove();
-    add.className = best && falls ? "candidate go big" : "candidate";
+    add.className = best ? "candidate go big" : "candidate";
     add.disabled = !later; // nobody adds an effect before its result is shown
+    const evidence = pips(Math.max(one.gain, also?.gain ?? 0));
     add.before(
         ...[
-            best
-                ? element(
-                      "div",
-                      { class: "kicker" },
-                      element(
-                          "span",
-                          {},
-                          falls
-                              ? "Next: add"
-                              : now.view.adequate
-                                ? "Significant, but below 5 %"
-                                : "Next",
-                      ),
-                      element(
-                          "span",
-                          { class: "row" },
-                          element("span", { class: "soft small" }, "evidence"),
-                          pips(one.gain),
-                      ),
-                  )
-                : null,
+            best &&
+                element(
+                    "div",
+                    { class: "kicker" },
+                    element("span", {}, also ? "Next: add both" : "Next: add"),
+                    element(
+                        "span",
+                        { class: "row" },
+                        element("span", { class: "soft small" }, "evidence"),
+                        evidence,
+                    ),
+                ),
             element("h2", {}, titled(card)),
-            to || element("span", { class: "to soft" }, "…"),
+            later
+                ? element(
+                      "span",
+                      { class: "to" },
+                      best && element("span", { class: "soft" }, `${errorText(before)} `),
+                      `→ ${errorText(later.error)}`,
+                  )
+                : element("span", { class: "to soft" }, "…"),
             later ? bar(before, later.error, later.floor, top()) : element("div", { class: "bar" }),
+            (best || !later) &&
+                element("p", { class: "soft say" }, also ? "Neither helps alone." : one.physics),
             element(
                 "p",
-                {
-                    class: `soft say${falls ? "" : " rises"}`,
-                    title: others.length
-                        ? others.map((other) => other.note || other.confirm).join(" ")
-                        : one.confirm,
-                },
-                best ? null : pips(one.gain),
-                say,
+                { class: "soft small confirm" },
+                best ? null : evidence,
+                notes.length
+                    ? notes.join(" ")
+                    : [one, also]
+                          .filter(Boolean)
+                          .map((each) => `To confirm: ${each.confirm}`)
+                          .join(" "),
             ),
         ].filter(Boolean),
     );
@@ -231,16 +252,15 @@ function write(made, card, best) {
 const top = () => Math.max(0.02, now.view.error, ...[...foreseen.values()].map((one) => one.error));
 
 function button(card, style) {
-    const { one } = card;
+    const { one, also } = card;
     return element(
         "button",
         {
             class: style,
             "data-kind": one.kind,
             "data-place": one.place,
-            "aria-label": `Add ${one.title}`,
-            title: one.confirm,
-            onclick: () => add(one.place),
+            "aria-label": `Add ${also ? `${one.title} and ${also.title}` : one.title}`,
+            onclick: () => add(card),
             onfocus: () => preview(card),
             onblur: () => preview(null),
         },
@@ -248,10 +268,13 @@ function button(card, style) {
     );
 }
 
+// The other candidates, folded. Once they are unfolded, the error with each of them is computed too.
 function rest(found) {
     const title = now.found.some((one) => one.beyond_chance)
-        ? `${found.length} more`
-        : `${found.length} tried, none beyond chance`;
+            ? `${found.length} more`
+            : `${found.length} tried, none beyond chance`,
+        { turn } = now,
+        open = at("more")?.open;
     return element(
         "div",
         { class: "more soft" },
@@ -260,33 +283,52 @@ function rest(found) {
                   "details",
                   {
                       id: "more",
-                      ontoggle: (event) =>
-                          event.target.open && event.target.scrollIntoView({ block: "start" }),
+                      open,
+                      ontoggle: (event) => {
+                          if (!event.target.open) return;
+                          if (!open) event.target.scrollIntoView({ block: "start" });
+                          errors(found, turn).catch((why) => wantedStill(turn) && refused(why));
+                      },
                   },
                   element("summary", {}, title),
                   element(
                       "div",
                       { role: "group", "aria-label": "Other effects" },
                       ...now.answer.nothing.map((said) => element("p", {}, said)),
-                      ...found.map((one) =>
-                          element(
-                              "div",
-                              { class: "row" },
-                              element(
-                                  "span",
-                                  { class: "grow", title: one.why },
-                                  capital(one.title),
-                              ),
-                              button({ one, others: [] }, "candidate small"),
-                          ),
-                      ),
+                      ...found.map(line),
                   ),
               )
             : null,
         now.all.code && !now.answer.unknown
-            ? element("button", { class: "link write", onclick: () => open() }, "Write an effect")
+            ? element("button", { class: "link write", onclick: () => edit() }, "Write an effect")
             : null,
     );
+}
+
+function line(one) {
+    const card = { one, others: [] };
+    return element(
+        "div",
+        { class: "row" },
+        element("span", { class: "grow", title: one.why }, capital(one.title)),
+        element("span", { class: "small", "data-error": one.place }, numbers(card)),
+        button(card, "candidate small"),
+    );
+}
+
+// The error with a candidate, where it is known, and the chance of its gain.
+const numbers = (card) =>
+    [foreseen.has(key(card)) && `→ ${errorText(errorOf(card))}`, card.one.p]
+        .filter(Boolean)
+        .join(", ");
+
+async function errors(found, turn) {
+    for (const card of found.map((one) => ({ one, others: [] }))) {
+        if (!at("more")?.open) return;
+        if (!foreseen.has(key(card)) && !(await candidatePreview(card, turn))) return;
+        const place = document.querySelector(`[data-error="${card.one.place}"]`);
+        if (place) place.textContent = numbers(card);
+    }
 }
 
 function fits() {
@@ -294,7 +336,7 @@ function fits() {
     return [
         element(
             "article",
-            { class: "card best panel good" },
+            { class: `card best panel${settled() ? " good" : ""}` },
             element("div", { class: "kicker" }, "Next"),
             element(
                 "h2",
@@ -343,17 +385,19 @@ function fits() {
 const RETRY_MS = 500; // until a question is asked again that gave way to an action
 export const pause = () => new Promise((done) => setTimeout(done, RETRY_MS));
 
-// Loads the error and the curve with the candidate of a card. false: nobody wants it any more.
-async function candidatePreview({ one }, turn) {
+const given = ({ one, also }) => ({
+    place: one.place,
+    kind: one.kind,
+    ...(also ? { also: also.place, also_kind: also.kind } : {}),
+});
+
+// Loads the error and the curve with the effect of a card. false: nobody wants it any more.
+async function candidatePreview(card, turn) {
     while (wantedStill(turn)) {
-        const answer = await ask("candidate_preview", {
-            place: one.place,
-            kind: one.kind,
-            state: now.view.state,
-        });
+        const answer = await ask("candidate_preview", { ...given(card), state: now.view.state });
         if (!wantedStill(turn)) return false;
         if (!answer.superseded) {
-            foreseen.set(one.place, answer);
+            foreseen.set(key(card), answer);
             return true;
         }
         await pause();
@@ -361,26 +405,32 @@ async function candidatePreview({ one }, turn) {
     return false;
 }
 
-// The error and the curve with each candidate of a card, one after the other: the best one first. Those with which the error does not fall make room for the next ones.
+// The error and the curve with each card, one after the other. Beside a model that fits, only of what speaks against it.
 async function foresee(turn) {
-    if (settled() || now.answer.unknown) return;
-    for (let card; (card = cards().find(({ one }) => !foreseen.has(one.place)));) {
+    if (now.answer.unknown) return;
+    for (let card; (card = tried().find((one) => !foreseen.has(key(one))));) {
         if (!(await candidatePreview(card, turn))) return;
         redraw();
-        if (card.one === cards()[0].one) show("next", now.next || expected());
+        show("next", now.next?.drawn ? now.next : expected());
     }
 }
 
 const told = (card) => {
-    const later = card && foreseen.get(card.one.place);
-    return later ? { ...later, label: `+ ${card.one.title}` } : null;
+    const later = card && foreseen.get(key(card));
+    return later
+        ? {
+              ...later,
+              label: `+ ${[card.one, card.also]
+                  .filter(Boolean)
+                  .map((one) => one.title)
+                  .join(" + ")}`,
+          }
+        : null;
 };
 
 // The step that the best card would make. It is outlined in the staircase while no other is looked at.
 export const expected = () =>
-    now.found && !now.view.adequate && !now.answer?.unknown && cards().length
-        ? told(cards()[0])
-        : null;
+    now.found && !now.view.adequate && !now.answer?.unknown ? told(cards()[0]) : null;
 
 let wanted = null;
 function preview(card) {
@@ -401,10 +451,10 @@ async function look(card) {
     }
 }
 
-// Adds the candidate at a place to the model, if there is one.
-function add(place) {
-    const one = now.found?.[place];
-    return one && !now.stale
-        ? acting(`Fitting with ${one.title}`, "add", { place: one.place, kind: one.kind })
+// Adds the effect of a card to the model, or both.
+function add(card) {
+    const named = titled({ ...card, others: [] });
+    return now.found?.includes(card.one) && !now.stale
+        ? acting(`Fitting with ${named[0].toLowerCase()}${named.slice(1)}`, "add", given(card))
         : null;
 }

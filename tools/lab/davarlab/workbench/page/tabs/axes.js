@@ -1,7 +1,7 @@
 // All axes beside each other: verdict, missing effect and parameters. A click opens an axis.
 import { ask } from "/page/api.js";
 import { intervalShown, titled, valueShown } from "/page/parts/model.js";
-import { cards, pause, titled as named, wantedStill } from "/page/parts/next.js";
+import { families, pause, titled as named, wantedStill } from "/page/parts/next.js";
 import { at, leaving, now, refused } from "/page/now.js";
 import { select } from "/page/tabs/tabs.js";
 import { capital, element, fill, unitText } from "/page/words.js";
@@ -86,7 +86,7 @@ const missing = (row) =>
         ? "Nothing"
         : row.unknown
           ? "No known effect"
-          : cards(row.candidates).slice(0, 1).map(named).join("") || "Not determined";
+          : families(row.candidates).slice(0, 1).map(named).join("") || "Not determined";
 
 async function open(sensor, column) {
     select("fit");
@@ -122,7 +122,7 @@ function value(row, column) {
                     element("b", {}, valueShown(one, row.adequate)),
                     element("br"),
                     intervalShown(one, row.adequate, "soft small"),
-                ]),
+                ].filter(Boolean)),
     );
 }
 
