@@ -4,6 +4,7 @@ browser; the quick gear runs all of it that is not marked slow.
 
 import json
 import math
+import random
 import re
 import shlex
 import tomllib
@@ -131,6 +132,29 @@ def test_a_lag_brings_the_branches_together_where_it_is_true(folder, opened):
     assert scatter(200.0) > 1.3 * scatter(60.0)
 
 
+def test_bias_and_noise_move_with_the_columns_that_they_follow(folder, opened):
+    """The bias follows one column, the noise another, and a third one is constant."""
+    rng = random.Random(5)
+    heat, load = (lambda i: math.sin(i / 900)), (lambda i: 1.5 + math.cos(i / 400))
+    header = "time_s,gyro_z_dps,heat,load,still,rest"
+    rows = [
+        f"{i / 50:.2f},{0.05 * heat(i) + 0.05 * load(i) * rng.gauss(0, 1):.5f},{heat(i):.5f},"
+        f"{load(i):.5f},1,{rng.gauss(0, 1):.5f}"
+        for i in range(20000)
+    ]
+    bench = opened(written(folder / "rec.csv", header, rows))
+    found = {one["column"]: one for one in bench.ask("moves")["moves"]}
+    assert list(found)[:2] in (["heat", "load"], ["load", "heat"])
+    strong = {(name, what) for name in found for what in ("bias", "noise")}
+    strong = {(name, what) for name, what in strong if found[name][what]["significant"]}
+    assert strong == {("heat", "bias"), ("load", "noise")}
+    for name, what in strong:
+        one = found[name][what]
+        assert one["correlation"] > 0.8
+        assert len(one["y"]) == len(found[name]["x"])
+    assert found["still"]["bias"]["correlation"] == found["still"]["noise"]["correlation"] == 0
+
+
 def test_a_data_sheet_is_its_formula(folder, opened):
     bench = opened(simulated(folder))
     found = bench.ask("sheet", angle_random_walk=0.6, rate_random_walk=30.0)
@@ -230,6 +254,25 @@ def test_an_effect_is_worth_what_the_error_is_without_it(folder, opened):
     assert sizes(bench.ask("step"))["rate_ramp"][0] == close(card["parameters"][0]["value"], 1e-3)
 
 
+def test_two_candidates_join_at_once(folder, opened):
+    bench = opened(simulated(folder, RAMP, LINE, seed=23))
+    one, two = bench.candidate("rate_ramp"), bench.candidate("sinusoid")
+    pair = {"place": one, "also": two, "also_kind": "sinusoid"}
+    seen = bench.ask("candidate_preview", **pair)
+    alone = bench.ask("candidate_preview", place=one)
+    assert bench.act("add", **{**pair, "also_kind": "flicker"})[0] == 409
+    assert bench.act("add", **{**pair, "also": 99})[0] == 400
+    bench.done("add", **pair)
+    step, shown = bench.ask("step"), bench.ask("all")["steps"]
+    assert [card["kind"] for card in step["cards"][2:]] == ["rate_ramp", "sinusoid"]
+    assert [one["did"] for one in shown[1:]] == ["added rate ramp and line at 3 Hz"]
+    assert seen["error"] == step["error"] < alone["error"]
+    bench.done("go", number=0)
+    bench.done("add", place=one)
+    bench.done("add", place=bench.candidate("sinusoid"))
+    assert bench.ask("step")["error"] == close(seen["error"], 1e-3)
+
+
 @pytest.mark.slow
 def test_a_held_effect_stays_and_the_others_are_fitted_around_it(folder, opened):
     bench = opened(simulated(folder, RAMP, seed=28))
@@ -254,25 +297,6 @@ def test_a_held_effect_stays_and_the_others_are_fitted_around_it(folder, opened)
         for size, value in zip(best, around(place, 1.0), strict=True):
             assert size["low"] < value < size["high"], (place, size)
     for held in ([0, 1], [7]):  # no noise to fit; no such effect
-def test_two_candidates_join_at_once(folder, opened):
-    bench = opened(simulated(folder, RAMP, LINE, seed=23))
-    one, two = bench.candidate("rate_ramp"), bench.candidate("sinusoid")
-    pair = {"place": one, "also": two, "also_kind": "sinusoid"}
-    seen = bench.ask("candidate_preview", **pair)
-    alone = bench.ask("candidate_preview", place=one)
-    assert bench.act("add", **{**pair, "also_kind": "flicker"})[0] == 409
-    assert bench.act("add", **{**pair, "also": 99})[0] == 400
-    bench.done("add", **pair)
-    step, shown = bench.ask("step"), bench.ask("all")["steps"]
-    assert [card["kind"] for card in step["cards"][2:]] == ["rate_ramp", "sinusoid"]
-    assert [one["did"] for one in shown[1:]] == ["added rate ramp and line at 3 Hz"]
-    assert seen["error"] == step["error"] < alone["error"]
-    bench.done("go", number=0)
-    bench.done("add", place=one)
-    bench.done("add", place=bench.candidate("sinusoid"))
-    assert bench.ask("step")["error"] == close(seen["error"], 1e-3)
-
-
         assert bench.act("refit", held=held)[0] == 400
 
 

@@ -69,6 +69,41 @@ def test_a_candidate_with_which_the_error_rises_makes_room_for_the_next(opened, 
     expect(best).to_be_enabled()
 
 
+def test_cards_are_in_the_order_of_their_error_and_say_how_to_confirm(opened, tabs):
+    bench = opened()
+    page = tabs.open(bench)
+    page.click("#tutorial")
+    ranked(page)
+    cards = page.locator("#next > .card")
+    expect(cards.locator(".candidate:disabled")).to_have_count(0)
+    shown = [float(text.split("→")[1]) for text in cards.locator(".to").all_inner_texts()]
+    assert len(shown) == 3
+    assert shown == sorted(shown)
+    expect(cards.locator(".confirm:visible")).to_have_count(3)
+    page.click("#more summary")  # its errors come one after the other
+    expect(page.locator("#more [data-error]").last).to_have_text(re.compile(r"^→ .*, p "))
+    assert not page.locator("#more .row", has_text="Line at").count()
+
+
+def test_a_pair_is_offered_if_no_effect_helps_alone(opened, tabs):
+    bench = opened()
+    page = tabs.open(bench)
+
+    def alone(route, found):
+        both = "also_kind=temperature" in route.request.url
+        return {**found, "error": 0.03 if both and "kind=sinusoid" in route.request.url else 1.0}
+
+    altered(page, re.compile("/api/candidate_preview"), alone)
+    page.click("#tutorial")
+    cards = page.locator("#next > .card")
+    expect(cards).to_have_count(1)
+    expect(cards.locator("h2")).to_have_text("Line at 0.35 Hz and follows temp_degC")
+    expect(cards.locator(".confirm")).to_contain_text("To confirm")
+    page.keyboard.press("1")
+    effects(page, 4)
+    assert [one["number"] for one in bench.ask("all")["steps"]] == [0, 1]
+
+
 def test_a_fit_that_a_candidate_contradicts_is_nowhere_green(folder, opened, tabs):
     """Both axes are white, so that two noises fit; one has a part of what a third column has."""
 
@@ -91,41 +126,6 @@ def test_a_fit_that_a_candidate_contradicts_is_nowhere_green(folder, opened, tab
         expect(row.nth(0)).to_have_class("good" if fits else "")
         expect(row.nth(1)).to_have_text("Nothing" if fits else re.compile("vbat_V"))
         tab(page, "fit")
-
-
-@pytest.mark.parametrize("finger", [False, True], ids=["mouse", "finger"])
-def test_a_curve_is_dragged_to_another_size(folder, opened, tabs, finger):
-    bench = opened(simulated(folder))
-    page = tabs.open(bench, *((390, 800) if finger else (1400, 1000)), has_touch=finger)
-    ranked(page)
-    page.locator("#deviation").scroll_into_view_if_needed()
-    before = size_of(bench)
-    curve = page.locator(".part-hit[data-kind=angle_random_walk]")
-    x, y = curve.evaluate(WHERE)
-    marks = page.locator("#deviation svg > g:first-child text").evaluate_all(MARKS)
-    (low, far), (high, near) = marks[:2]
-    decade = abs(near - far) / abs(math.log10(high / low))
-    still = page.locator("#deviation path.model").get_attribute("d")
-    point = pointer(page, x, y, finger)
-    point("down", 0, 0)
-    point("move", decade / 6)
-    point("move", decade / 3)
-    expect(page.locator("#deviation path.model")).not_to_have_attribute("d", still)
-    expect(page.locator("#gauge")).to_contain_text("≈")
-    point("up", decade / 3)
-    expect(page.locator("#back")).to_be_visible()
-    assert size_of(bench) / before == pytest.approx(10 ** (1 / 3), rel=0.03)
-
-
-def test_everything_can_be_done_with_keys(folder, opened, tabs):
-    line = effect("sinusoid", amplitude_dps=0.02, frequency_hz=3.0)
-    page = tabs.open(opened(simulated(folder, line)))
-    ranked(page)
-    for key, count in (("1", 3), ("u", 2), ("r", 3)):
-        page.keyboard.press(key)
-        effects(page, count)
-        ranked(page)
-    page.locator("#deviation svg").focus()  # a cell, and its neighbours
     page.click("#contrary button")
     effects(page, 3)
 
@@ -187,6 +187,41 @@ def test_digits_follow_the_interval_which_is_shown_of_a_model_that_fits(folder, 
     page.reload()
     expect(row.locator("input[type=number]").first).to_be_visible()
     expect(page.locator(".interval")).to_have_count(0)
+
+
+@pytest.mark.parametrize("finger", [False, True], ids=["mouse", "finger"])
+def test_a_curve_is_dragged_to_another_size(folder, opened, tabs, finger):
+    bench = opened(simulated(folder))
+    page = tabs.open(bench, *((390, 800) if finger else (1400, 1000)), has_touch=finger)
+    ranked(page)
+    page.locator("#deviation").scroll_into_view_if_needed()
+    before = size_of(bench)
+    curve = page.locator(".part-hit[data-kind=angle_random_walk]")
+    x, y = curve.evaluate(WHERE)
+    marks = page.locator("#deviation svg > g:first-child text").evaluate_all(MARKS)
+    (low, far), (high, near) = marks[:2]
+    decade = abs(near - far) / abs(math.log10(high / low))
+    still = page.locator("#deviation path.model").get_attribute("d")
+    point = pointer(page, x, y, finger)
+    point("down", 0, 0)
+    point("move", decade / 6)
+    point("move", decade / 3)
+    expect(page.locator("#deviation path.model")).not_to_have_attribute("d", still)
+    expect(page.locator("#gauge")).to_contain_text("≈")
+    point("up", decade / 3)
+    expect(page.locator("#back")).to_be_visible()
+    assert size_of(bench) / before == pytest.approx(10 ** (1 / 3), rel=0.03)
+
+
+def test_everything_can_be_done_with_keys(folder, opened, tabs):
+    line = effect("sinusoid", amplitude_dps=0.02, frequency_hz=3.0)
+    page = tabs.open(opened(simulated(folder, line)))
+    ranked(page)
+    for key, count in (("1", 3), ("u", 2), ("r", 3)):
+        page.keyboard.press(key)
+        effects(page, count)
+        ranked(page)
+    page.locator("#deviation svg").focus()  # a cell, and its neighbours
     page.keyboard.press("w")
     chosen = page.locator("#deviation svg rect[stroke-width='2.5']")
     place = chosen.get_attribute("x")
@@ -300,6 +335,66 @@ def test_w_goes_to_the_cell_of_the_headline_and_arrows_move_from_it(folder, open
         heights.setdefault(fill, set()).add(round(float(height), 2))
     (low,), (high,) = heights["var(--meas)"], heights["var(--model)"]
     assert low / high == pytest.approx(2, abs=0.1)
+
+
+def test_where_lists_every_section_in_which_a_misfit_is_proven(folder, opened, tabs):
+    bursts = [effect("noise_step", start_s=s, stop_s=s + 60.0, ratio=6.0) for s in (300.0, 1800.0)]
+    bench = opened(simulated(folder, *bursts, seconds=2400, seed=5))
+    page = tabs.open(bench)
+    one = {"tau_s": 0.02, "proven": True, "ratio": 2.0, "z": 9.0, "measured": 2.0, "model": 1.0}
+
+    def found(route, step):
+        places = ((300.0, 450.0, 2.0), (450.0, 600.0, 3.0), (1800.0, 1950.0, 0.5))
+        cells = [{**one, "start_s": a, "stop_s": b, "ratio": ratio} for a, b, ratio in places]
+        return {**step, "map": cells}
+
+    altered(page, re.compile("/api/step"), found)
+    page.reload()
+    tab(page, "where")
+    shown = page.locator("#cell .sections button")
+    assert shown.all_inner_texts() == [
+        "5 to 10 min: 3.0× too low at 0.02 s",
+        "30 to 32.5 min: 2.0× too high at 0.02 s",
+    ]
+    shown.first.click()
+    expect(page.locator("#from")).to_have_value("450")  # its worst cell
+    page.click("#cell button:has-text('All sections')")
+    expect(shown).to_have_count(2)
+
+
+def test_a_thumbnail_is_drawn_large(folder, opened, tabs):
+    header = "time_s,gyro_z_dps,vbat_V,temp_degC"
+    third = lambda i: math.sin(i / 300)  # noqa: E731
+    noise(folder / "rec.csv", header, lambda i: 0.1 * third(i), third, lambda i: 25 + i / 1e4)
+    page = tabs.open(opened("rec.csv"))
+    tab(page, "columns")
+    for column, what in (("temp_degC", "noise"), ("vbat_V", "bias")):
+        thumb = page.locator(f"#columns .thumb[data-column={column}][data-what={what}]")
+        assert thumb.locator("circle").count() > 20
+        thumb.click()
+        expect(page.locator("#against-column")).to_have_value(column)
+        expect(page.locator("#against-what")).to_have_value(what)
+        expect(page.locator("#lag")).to_be_visible(visible=what == "bias")
+        expect(page.locator("#against")).to_contain_text("Noise" if what == "noise" else "Residual")
+    expect(page.locator("#columns .thumb.tied").first).to_have_attribute("data-column", "vbat_V")
+
+
+def test_live_and_plan_leave_the_tabs_where_they_are(opened, tabs):
+    page = tabs.open(opened())
+    page.click("#tutorial")
+    ranked(page)
+    names = page.locator("#tablist [role=tab]").all_inner_texts()
+    assert names == ["Fit", "Where", "Spectrum", "Columns", "Axes", "Data sheet", "Hold-out"]
+    assert page.locator("#tablist .group").all_inner_texts() == ["Look", "Compare"]
+    page.click("#tab-live")
+    expect(page.locator("#panel-live")).to_be_visible()
+    expect(page.locator("#tablist [aria-selected=true]")).to_have_count(0)
+    tab(page, "where")
+    expect(page.locator("#panel-live")).to_be_hidden()
+    page.click("#view-plan")
+    expect(page.locator("#plan")).to_be_visible()
+    page.click("#view-model")
+    expect(page.locator("#panel-where")).to_be_visible()
 
 
 def test_a_recording_is_held_out_and_one_without_the_column_is_named(folder, opened, tabs):

@@ -74,14 +74,16 @@ def residual_spectrum(state: State) -> Residual:
     )
 
 
-def correlations(state: State, column: str) -> dict[str, tuple[float, float]]:
-    """Of the whitened residual with every other column, slow part (below rate / 100) and whole."""
+def correlations(state: State, column: str, gyros: bool = False) -> dict[str, tuple[float, float]]:
+    """Of the whitened residual with every other column that changes: column -> (correlation, p).
+    gyros: with other gyros too."""
     bench, found = state.bench, {}
     w = bench.whitened(state.parts, state.fit)  # of ordinates, as of samples
     w = w.astype(np.float64, copy=False)
     level = np.sqrt(bench.data.at_ordinates(state.fit.level))
     for name, values in bench.recording.columns.items():
-        if name in ("time_s", column) or name.startswith("gyro_") or np.ptp(values) == 0:
+        other_gyro = name.startswith("gyro_") and not gyros
+        if name in ("time_s", column) or other_gyro or np.ptp(values) == 0:
             continue
         x = signals.transform(values)[1:] / level
         r = float(w @ x / np.sqrt((w @ w) * (x @ x)))

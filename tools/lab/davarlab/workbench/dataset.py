@@ -10,7 +10,7 @@ import numpy as np
 
 from .. import axes
 from .. import model as models
-from ..arrays import Bools, Floats
+from ..arrays import Bools, Floats, Ints
 from ..candidates import lines
 from ..candidates.candidate import Candidate
 from ..candidates.ranking import Trying
@@ -369,8 +369,8 @@ class Dataset:
         progress: Progress,
         between: Callable[[], None],
     ) -> Outcome:
-        """The model with a candidate, all refitted; `between` is called before each fit, and may
-        raise."""
+        """The model with candidates that join one after the other, all refitted; `between` is
+        called before each fit, and may raise."""
         fitted = self.outcome_of(text, True, progress).fitted
         state: State = replace(fitted, bench=fitted.bench.asking(between))
         for candidate in candidates:
@@ -418,19 +418,38 @@ class Dataset:
         found_contents = contents.of_comparison(run, found, outcome.fitted, way)
         return page.html(found_contents, self.selection.column).encode()
 
+    def residual(self, text: str) -> Floats:
+        """What the courses of a fitted model leave of the gyro, without its mean."""
+        state = self.outcome_of(text, True).fitted
+        y = state.bench.y
+        left: Floats = y - y.mean() - state.bench.mean_course(state.parts, state.fit)
+        return left
+
     def against(
         self, text: str, column: str, lag_s: float, points: int
     ) -> tuple[Floats, Floats, Bools]:
-        """What the model's courses leave of the gyro beside a column that is felt so late, in means
-        of equal stretches: (column, gyro, does the column rise)."""
-        outcome, rate = self.outcome_of(text, True), self.recording.rate_hz
-        left = (
-            outcome.fitted.bench.y
-            - outcome.fitted.bench.y.mean()
-            - outcome.fitted.bench.mean_course(outcome.fitted.parts, outcome.fitted.fit)
-        )
-        x = columns_of.lagged(self.recording.column(column), rate, lag_s)
-        starts = np.linspace(0, len(left), min(points, len(left) // 2), endpoint=False).astype(int)
-        counts = np.diff(np.append(starts, len(left)))
-        x, left = np.add.reduceat(x, starts) / counts, np.add.reduceat(left, starts) / counts
+        """The residual beside a column that is felt so late, in means of equal stretches: (column,
+        residual, does the column rise)."""
+        left = self.residual(text)
+        x = columns_of.lagged(self.recording.column(column), self.recording.rate_hz, lag_s)
+        x, left = (means(one, points) for one in (x, left))
         return x, left, np.gradient(x) > 0
+
+    def moving(self, text: str, points: int) -> tuple[Floats, Floats, dict[str, Floats]]:
+        """In equal stretches: (the mean of the residual, its noise, of differences of neighbours,
+        the mean of each logged column)."""
+        left = self.residual(text)
+        steps = np.diff(left, append=left[-1])
+        columns = {
+            name: means(values, points)
+            for name, values in self.recording.columns.items()
+            if name not in ("time_s", self.column)
+        }
+        return means(left, points), np.sqrt(means(steps**2, points) / 2), columns
+
+
+def means(values: Floats | Ints, points: int) -> Floats:
+    """The means of so many equal stretches."""
+    starts = np.linspace(0, len(values), min(points, len(values) // 2), endpoint=False).astype(int)
+    found: Floats = np.add.reduceat(values, starts) / np.diff(np.append(starts, len(values)))
+    return found

@@ -20,7 +20,7 @@ from ..diagnosis import (
     unexplained,
 )
 from ..diagnosis.state import State
-from ..distributions import chi2_isf
+from ..distributions import chi2_isf, norm_sf
 from ..effects import table
 from ..effects.means import TURNING
 from ..inference import allan
@@ -35,7 +35,8 @@ from .dataset import Dataset, Outcome
 LINES = 400  # points of a spectrum
 PIECES, ROWS = 64, 60  # of a spectrogram
 HANN = 0.375  # mean square of its window
-CLOUD = 800  # of a column against another
+CLOUD = 800  # points of a column against another
+THUMBNAIL = 60  # of one among all columns
 # Kinds of the same physics, which stand on one card of the page.
 FAMILY = {
     **dict.fromkeys(identifiable.HEAT, "heat"),
@@ -167,13 +168,13 @@ def model(outcome: Outcome, recording: Recording, first: bool = True) -> Json:
     longest = max(tested, default=0.0)
     return {
         **headline(outcome, first),
-        "worst": judgement.largest or judgement.farthest,
         "untested": verdict.untested(judgement, longest),
         "shown_s": [
             judgement.shown_from_tau_s,
             judgement.shown_to_tau_s if judgement.adequate else longest,
         ],
         "against": verdict.against(judgement),
+        "worst": judgement.largest or judgement.farthest,
         "cards": [card(outcome, place, taken) for place, taken in enumerate(losses(outcome))],
         "deviation": deviation(outcome, recording),
         "map": curves.failure_map(outcome.state.cells),
@@ -243,8 +244,8 @@ def candidates(ranked: Sequence[Candidate]) -> list[Json]:
             "leader": leaders.setdefault(FAMILY.get(c.kind, c.kind), place),
             "gain": c.gain,
             "log_p": c.log_p,
-            "beyond_chance": bool(c.log_p + np.log(len(table.TABLE)) < np.log(CHANCE.family_wise)),
             "p": words.p_is(verdict.p_of(c)),
+            "beyond_chance": bool(c.log_p + np.log(len(table.TABLE)) < np.log(CHANCE.family_wise)),
             "alike": c.kind in alike,
             "note": notes.get(c.kind),
             "why": evidence.why(c, None),
@@ -278,7 +279,7 @@ def stretch(dataset: Dataset, start_s: float, stop_s: float, every: bool = False
     rate, gyro = dataset.recording.rate_hz, dataset.recording.rate_dps(dataset.column)
     f, density = densities(gyro[None, int(start_s * rate) : int(stop_s * rate)], rate, 1, LINES)
     others = [name for name in dataset.recording.columns if name not in ("time_s", dataset.column)]
-    shown = others[: curves.COLUMNS] if every else [name for name in others if name == "temp_degC"]
+    shown = others if every else [name for name in others if name == "temp_degC"]
     columns = [dataset.column, *shown]
     return {
         "start_s": start_s,
@@ -303,7 +304,6 @@ def against(dataset: Dataset, text: str, column: str, lag_s: float) -> Json:
     }
 
 
-def axes(dataset: Dataset) -> list[Json]:
 def moves(dataset: Dataset, text: str) -> list[Json]:
     """Of each logged column, the likeliest first: the means of equal stretches, beside the bias and
     the noise there. The chance of a bias is that of the whitened residual, in which slow noise does
@@ -345,6 +345,7 @@ def tied(y: Floats, correlation: float, p: float) -> Json:
     }
 
 
+def axes(dataset: Dataset) -> list[Json]:
     """The Allan deviation of every gyro, or accelerometer, of the recording, as it was read."""
     found, window = [], dataset.whole.samples // 2 * 2
     taus = allan.octaves(window)

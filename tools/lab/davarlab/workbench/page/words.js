@@ -56,6 +56,14 @@ export const brief = (s) =>
             ? `${number(s, 2)} s`
             : duration(s, 2);
 
+// A section of the recording, with digits that tell its ends apart.
+export const section = ({ start_s, stop_s }) => {
+    const [size, unit] = UNITS.find(([one]) => stop_s >= one * 2),
+        decimals = Math.max(0, Math.ceil(1 - Math.log10((stop_s - start_s) / size))),
+        text = (s) => String(Number((s / size).toFixed(decimals)));
+    return `${text(start_s)} to ${text(stop_s)} ${unit}`;
+};
+
 export function fill(id, ...children) {
     const place = typeof id === "string" ? document.getElementById(id) : id;
     place.replaceChildren(...children.filter(given));

@@ -36,6 +36,10 @@ class Details:
             raise BadInput(f"a lag of {lag_s} s: from 0 to the length of the recording")
         return views.against(self.session.open_dataset, step.text, column, lag_s)
 
+    def moves(self) -> Json:
+        """What bias and noise move with, of every logged column."""
+        return {"moves": views.moves(self.session.open_dataset, self.stepping.here().text)}
+
     def report(self, number: int | None = None, state: str | None = None) -> bytes:
         """The still page of a step: that of `davarlab compare --report`."""
         step = self.stepping.shown(number, state)

@@ -33,6 +33,7 @@ CALLS = {
     "preview": (QUESTION, "stepping.preview"),
     "held_out": (QUESTION, "hold.held_out"),
     "against": (QUESTION, "details.against"),
+    "moves": (QUESTION, "details.moves"),
     "report": (QUESTION, "details.report"),
     "all": (INSPECTION, "everything"),
     "live": (INSPECTION, "listener.so_far"),

@@ -21,6 +21,23 @@ export function chosen(cells, tau, length) {
     });
 }
 
+// The sections of the recording in which a misfit is proven, and the worst cell of each. Cells that touch are one section.
+export function sections(cells) {
+    const found = [];
+    const bad = cells.filter((one) => one.proven).sort((a, b) => a.start_s - b.start_s);
+    for (const cell of bad) {
+        const last = found.at(-1);
+        if (!last || cell.start_s > last.stop_s) {
+            found.push({ start_s: cell.start_s, stop_s: cell.stop_s, worst: cell });
+            continue;
+        }
+        last.stop_s = Math.max(last.stop_s, cell.stop_s);
+        if (Math.abs(Math.log(cell.ratio)) > Math.abs(Math.log(last.worst.ratio)))
+            last.worst = cell;
+    }
+    return found;
+}
+
 export const alike = (a, b) =>
     Boolean(a && b) && a.tau_s === b.tau_s && a.start_s === b.start_s && a.stop_s === b.stop_s;
 

@@ -1,16 +1,20 @@
 // Something is missing that no known effect explains: where, when, what moves with it, what to log next.
+import { sections } from "/page/chart/cells.js";
 import { at, now } from "/page/now.js";
 import { way } from "/page/parts/own.js";
-import { element, brief, number, timesText } from "/page/words.js";
+import { element, brief, number, section, timesText } from "/page/words.js";
 
 // When the misfit is, along the recording.
-function when({ start_s, stop_s }) {
-    const mark = element("i");
-    Object.assign(mark.style, {
-        left: `${(100 * start_s) / now.all.duration_s}%`,
-        width: `${Math.max(1, (100 * (stop_s - start_s)) / now.all.duration_s)}%`,
+function when(sections) {
+    const marks = sections.map(({ start_s, stop_s }) => {
+        const mark = element("i");
+        Object.assign(mark.style, {
+            left: `${(100 * start_s) / now.all.duration_s}%`,
+            width: `${Math.max(1, (100 * (stop_s - start_s)) / now.all.duration_s)}%`,
+        });
+        return mark;
     });
-    return element("div", { class: "when", "aria-hidden": true }, mark);
+    return element("div", { class: "when", "aria-hidden": true }, ...marks);
 }
 
 // What diagnoses the saved model in a terminal.
@@ -18,7 +22,9 @@ const diagnosis = () => now.all.commands.find((one) => one.includes(" diagnose "
 
 export function unknown(answer, rest) {
     const { where, next } = answer.unknown,
-        all = where.stop_s - where.start_s > 0.99 * now.all.duration_s;
+        proven = sections(now.view.map),
+        bad = proven.length ? proven : [where],
+        all = bad.some((one) => one.stop_s - one.start_s > 0.99 * now.all.duration_s);
     const facts = [
         [
             "Where",
@@ -33,15 +39,7 @@ export function unknown(answer, rest) {
                       ` ${number(where.power_ratio, 2)}× the model's power`,
                   ),
         ],
-        [
-            "When",
-            element(
-                "b",
-                {},
-                all ? "throughout" : `${brief(where.start_s)} to ${brief(where.stop_s)}`,
-            ),
-            when(where),
-        ],
+        ["When", element("b", {}, all ? "throughout" : bad.map(section).join(", ")), when(bad)],
         [
             "Moves with",
             where.column === null

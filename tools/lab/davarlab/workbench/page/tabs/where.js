@@ -5,7 +5,7 @@ import { failureMap } from "/page/chart/map.js";
 import { xy } from "/page/chart/xy.js";
 import { at, hear, leaving, newest, now, rateUnit, refused, show } from "/page/now.js";
 import { showing } from "/page/tabs/tabs.js";
-import { brief, element, fill, number } from "/page/words.js";
+import { brief, element, fill, number, section, timesText } from "/page/words.js";
 
 let record = null,
     recordOf = null;
@@ -148,15 +148,31 @@ hear("cell", () => {
 
 async function see(cell) {
     if (cell) await look(cell);
-    else
-        fill(
-            "cell",
-            element(
-                "p",
-                { class: "soft" },
-                "Select a cell to see its samples. Key w: the cell that the headline names.",
+    else fill("cell", ...bad());
+}
+
+// All sections in which the misfit is proven. A click selects the worst cell of one.
+function bad() {
+    const all = cells.sections(now.view.map),
+        whole = (one) => one.stop_s - one.start_s > 0.99 * now.all.duration_s;
+    return [
+        all.length
+            ? element("h2", {}, "Where the misfit is proven")
+            : element("p", {}, "No misfit is proven in any section (99 % confidence)."),
+        element(
+            "div",
+            { class: "sections" },
+            ...all.map((one) =>
+                element(
+                    "button",
+                    { onclick: () => show("cell", one.worst) },
+                    element("b", {}, whole(one) ? "Throughout" : section(one)),
+                    `: ${timesText(one.worst.ratio)} too ${one.worst.ratio > 1 ? "low" : "high"} at ${brief(one.worst.tau_s)}`,
+                ),
             ),
-        );
+        ),
+        element("p", { class: "soft" }, "Select a cell to see its samples. Key w: the worst one."),
+    ];
 }
 
 // The samples and the spectrum of a cell.
@@ -166,7 +182,7 @@ const look = newest(async (cell, latest) => {
     [at("from").value, at("to").value] = [cell.start_s, cell.stop_s];
     fill(
         "cell",
-        element("b", {}, `${brief(cell.tau_s)}, ${brief(cell.start_s)} to ${brief(cell.stop_s)}`),
+        element("b", {}, `${brief(cell.tau_s)}, ${section(cell)}`),
         element(
             "p",
             { id: "cell-said", class: "small" },
@@ -174,6 +190,11 @@ const look = newest(async (cell, latest) => {
         ),
         ...stretch.envelopes.map((_, i) => element("div", { id: `samples-${i}`, class: "mini" })),
         element("div", { id: "cell-spectrum", class: "mini" }),
+        element(
+            "button",
+            { class: "link", onclick: () => show("cell", null) },
+            "All sections with a misfit",
+        ),
     );
     stretch.envelopes.forEach((one, i) =>
         xy(
