@@ -310,9 +310,11 @@ def test_a_held_out_recording_judges_each_step(folder, opened):
     ]
     shown = bench.ask("held_out")
     assert shown["error"] == close(steps[0]["error_held_out"], 1e-9)
+    assert shown["fails"]
     bench.done("add", place=bench.candidate("rate_ramp"))
     assert bench.ask("held_out")["error"] == close(steps[1]["error_held_out"], 1e-3)
     assert bench.ask("held_out")["error"] < shown["error"] / 2
+    assert not bench.ask("held_out")["fails"]
     # another server on the same session has it; one without the column is refused
     again = opened(one)
     assert again.ask("held_out")["error"] == close(bench.ask("held_out")["error"], 1e-9)

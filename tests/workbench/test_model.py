@@ -96,8 +96,7 @@ def test_a_pair_is_offered_if_no_effect_helps_alone(opened, tabs):
     altered(page, re.compile("/api/candidate_preview"), alone)
     page.click("#tutorial")
     cards = page.locator("#next > .card")
-    expect(cards).to_have_count(1)
-    expect(cards.locator("h2")).to_have_text("Line at 0.35 Hz and follows temp_degC")
+    expect(cards.locator("h2")).to_have_text(["Line at 0.35 Hz and follows temp_degC"])
     expect(cards.locator(".confirm")).to_contain_text("To confirm")
     page.keyboard.press("1")
     effects(page, 4)
@@ -422,6 +421,20 @@ def test_a_recording_is_held_out_and_one_without_the_column_is_named(folder, ope
     page.set_input_files("#held-file", wrong)
     expect(page.locator("#error")).to_contain_text("gyro_")
     tabs.forgive("400")
+
+
+def test_a_model_that_fails_on_the_held_out_recording_is_not_green(folder, opened, tabs):
+    bench = opened(noise(folder / "one.csv", "time_s,gyro_z_dps"))
+    two = noise(folder / "two.csv", "time_s,gyro_z_dps", seed=4)
+    bench.drop("two.csv", two.read_bytes(), **{"as": "held-out"})
+    page = tabs.open(bench)
+    expect(page.locator("#head")).to_have_class("head settled")
+    altered(page, re.compile("/api/held_out"), lambda route, found: {**found, "fails": True})
+    page.reload()
+    expect(page.locator("#contrary")).to_contain_text("does not fit the held-out recording")
+    expect(page.locator("#held-out-error")).to_contain_text("floor")
+    expect(page.locator("#to-held-out")).to_be_visible()
+    expect(page.locator("#head")).to_have_class("head ")
 
 
 def test_a_kalibr_file_is_drawn_as_a_data_sheet(folder, opened, tabs):

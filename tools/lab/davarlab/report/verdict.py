@@ -505,9 +505,13 @@ def next_steps(unexplained: Unexplained) -> list[str]:
     ]
 
 
-def held_out_fails(found: Improvement) -> bool:
-    error, floor = found.last.error_held_out, found.last.error_floor_held_out
+def fails_held_out(error: float | None, floor: float | None) -> bool:
+    """Does a model not fit the held-out recording, by its error there; False without one."""
     return error is not None and floor is not None and error > CHANCE.held_out_above_floor * floor
+
+
+def held_out_fails(found: Improvement) -> bool:
+    return fails_held_out(found.last.error_held_out, found.last.error_floor_held_out)
 
 
 def of_held_out(found: Improvement) -> str | None:

@@ -155,7 +155,7 @@ function screen(open) {
 // Draws a step. From the step before, what changed moves there.
 async function draw(turn, before) {
     const target = now.drawn;
-    [now.found, now.answer, now.before, now.next] = [null, null, before, null];
+    [now.found, now.answer, now.fails, now.before, now.next] = [null, null, null, before, null];
     at("export").disabled = false;
     model.draw();
     steps.undoing();

@@ -3,12 +3,14 @@ import { act, forget } from "/page/api.js";
 import { unitText } from "/page/words.js";
 
 // all: the open recording and its steps. view: the displayed step. found: its candidates. turn: counts how often a step was drawn. stale: whether the page shows outdated results.
+// fails: why the held-out recording speaks against the step, null if it does not.
 // drawn: the curves and the error as they are shown, which differ from the step's while a value moves. before: the step before, dotted. cell: the selected one. length: of the windows of the map. left: the label of the control that had the focus.
 export const now = {
     all: null,
     view: null,
     found: null,
     answer: null,
+    fails: null,
     turn: 0,
     stale: false,
     drawn: null,

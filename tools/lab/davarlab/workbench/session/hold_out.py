@@ -6,6 +6,7 @@ from ...data import plausible
 from ...data.recording import Recording
 from ...errors import BadInput
 from ...model import Model
+from ...report import verdict
 from ...report.values import Json
 from ..steps import Steps
 from .standing import Standing, as_named
@@ -48,9 +49,10 @@ class HoldOut:
 
     def held_out(self, number: int | None = None) -> Json:
         """The error of a step on the recording that is held out, and its floor; None without
-        one."""
+        one. fails: the model does not fit it."""
         step = self.stepping.here(number)
         error, floor = self.session.open_dataset.held_out(
             step.text, self.stepping.outcome(step).model, self.session.held
         )
-        return {"number": step.number, "error": error, "floor": floor}
+        fails = verdict.fails_held_out(error, floor)
+        return {"number": step.number, "error": error, "floor": floor, "fails": fails}

@@ -6,7 +6,9 @@ import { element, errorText, fill } from "/page/words.js";
 
 // Green: the model fits, the candidates are known, and nothing speaks against it.
 export const settled = () =>
-    now.view.adequate && !now.view.against && Boolean(now.answer) && !now.answer.against.length;
+    now.view.adequate && Boolean(now.answer) && !now.answer.against.length && !contrary();
+// What else speaks against it: the residual, and the recording that is held out.
+const contrary = () => [now.view.against, now.fails].filter(Boolean).join("; ");
 const MEANS =
     "The error is the rms of log10(measured / model) over every window and averaging time. The error of a true model scatters around the floor: below it, nothing is left to explain. The floor changes a little from step to step, because the scatter of an Allan deviation depends on the noise in the model.";
 
@@ -37,7 +39,7 @@ function against() {
     const { view, answer } = now,
         kind = answer?.against[0],
         lacking = kind && answer.candidates.find((one) => one.kind === kind),
-        said = [answer?.lacks, view.against].filter(Boolean).join("; ");
+        said = [answer?.lacks, contrary()].filter(Boolean).join("; ");
     if (said)
         return [
             element("span", {}, `Against it: ${said}`),
@@ -65,7 +67,7 @@ function against() {
 export function headline() {
     const [before, strong, after] = now.answer?.headline || now.view.headline,
         held = now.answer ? at("held-out-error")?.textContent : ""; // of the same step
-    const pending = now.view.adequate && !now.view.against && !now.answer;
+    const pending = now.view.adequate && !contrary() && !now.answer;
     at("head").className = `head ${settled() ? "settled" : pending ? "pending" : ""}`;
     fill(
         "headline",

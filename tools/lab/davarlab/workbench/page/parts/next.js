@@ -272,7 +272,7 @@ function button(card, style) {
 function rest(found) {
     const title = now.found.some((one) => one.beyond_chance)
             ? `${found.length} more`
-            : `${found.length} tried, none beyond chance`,
+            : `${found.length} tried, none significant`,
         { turn } = now,
         open = at("more")?.open;
     return element(

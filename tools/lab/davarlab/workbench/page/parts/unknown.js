@@ -65,13 +65,13 @@ export function unknown(answer, rest) {
                 "div",
                 { class: "row tail" },
                 element("button", { onclick: () => at("tab-where").click() }, "Show where"),
-                where.column === null
-                    ? null
-                    : element(
+                now.all.columns.length
+                    ? element(
                           "button",
                           { onclick: () => at("tab-columns").click() },
-                          "Show the column",
-                      ),
+                          "Show the columns",
+                      )
+                    : null,
             ),
         ),
         element(

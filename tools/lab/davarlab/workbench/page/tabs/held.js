@@ -3,7 +3,8 @@ import { ask, drop } from "/page/api.js";
 import { bar } from "/page/parts/bar.js";
 import { at, change, doing, now } from "/page/now.js";
 import { element, errorText, fill } from "/page/words.js";
-import { way } from "/page/parts/steps.js";
+import { headline } from "/page/parts/head.js";
+import { stairs, way } from "/page/parts/steps.js";
 
 export function build(panel) {
     const file = element("input", {
@@ -71,6 +72,11 @@ export async function error() {
     try {
         const found = await ask("held_out", { number: now.view.number });
         said = `held out ${errorText(found.error)} (floor ${errorText(found.floor)})`;
+        if (turn === now.turn && found.fails) {
+            now.fails = "it does not fit the held-out recording";
+            headline();
+            stairs();
+        }
     } catch (why) {
         said = `held out: ${why.message}`;
     }
