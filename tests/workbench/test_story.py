@@ -27,7 +27,7 @@ def test_a_first_session_finds_what_is_missing(folder, started, tabs):
     best.click()
     effects(page, 3)
     expect(page.locator("#headline h1")).to_contain_text(
-        re.compile("^The model fits (within 5 % )?from [0-9.]+ s to [0-9.]+ s$")
+        re.compile("^The model fits (within 5\\s% )?from [0-9.]+ s to [0-9.]+ s$")
     )
     after, step = error(page), bench.ask("step")
     assert after < before / 2

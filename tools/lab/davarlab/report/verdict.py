@@ -118,7 +118,7 @@ def headline(
     if not judgement.testable or worst is None:
         return "The recording is", "too short", "to test a model"
     if judgement.adequate:
-        tolerance = "" if judgement.adequacy == "statistical" else "within 5 % "
+        tolerance = "" if judgement.adequacy == "statistical" else "within 5\u00a0% "
         return "The model", "fits", f"{tolerance}{brief_reach(judgement)}".replace(" ,", ",")
     if misread_alone(judgement) and judgement.reading:
         ratio = judgement.reading.ratio

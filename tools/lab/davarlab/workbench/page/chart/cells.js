@@ -21,8 +21,9 @@ export function chosen(cells, tau, length) {
     });
 }
 
-// The sections of the recording in which a misfit is proven, and the worst cell of each. Cells that touch are one section.
-export function sections(cells) {
+// The sections of the recording in which a misfit is proven, and the worst cell of each: the one that the headline names, or that with the farthest ratio. Cells that touch are one section.
+export function sections(cells, named) {
+    const far = (one) => (alike(one, named) ? Infinity : Math.abs(Math.log(one.ratio)));
     const found = [];
     const bad = cells.filter((one) => one.proven).sort((a, b) => a.start_s - b.start_s);
     for (const cell of bad) {
@@ -32,8 +33,7 @@ export function sections(cells) {
             continue;
         }
         last.stop_s = Math.max(last.stop_s, cell.stop_s);
-        if (Math.abs(Math.log(cell.ratio)) > Math.abs(Math.log(last.worst.ratio)))
-            last.worst = cell;
+        if (far(cell) > far(last.worst)) last.worst = cell;
     }
     return found;
 }

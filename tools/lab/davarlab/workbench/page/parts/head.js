@@ -48,14 +48,13 @@ function against() {
                     "button",
                     {
                         class: "small",
-                        "aria-label": `Add ${lacking.title}, which speaks against the model`,
                         onclick: () =>
                             acting(`Fitting with ${lacking.title}`, "add", {
                                 place: lacking.place,
                                 kind,
                             }),
                     },
-                    "Add",
+                    `Add ${lacking.title}`,
                 ),
         ];
     if (!view.adequate) return [];
@@ -85,10 +84,14 @@ export function headline() {
             why(),
             element("span", { id: "held-out-error", class: "soft" }, held),
         ),
+    );
+    const seen = now.view.observations.map((one) => one.kind.replaceAll("_", " "));
+    fill(
+        "evidence",
         element("p", { id: "contrary", class: "contrary" }, ...against().filter(Boolean)),
-        ...now.view.observations.map((one) =>
-            element("p", { class: "observation", title: one.said }, one.said),
-        ),
+        seen.length
+            ? element("p", { class: "observation" }, `In the recording: ${seen.join(", ")}`)
+            : null,
     );
     error();
 }
@@ -106,7 +109,8 @@ document.addEventListener("keydown", (event) => {
 // The bar alone, while a value moves. The words are of the step before and make room for a hint.
 export function error() {
     const { drawn } = now;
-    at("headline").classList.toggle("moving", Boolean(drawn.moving));
+    for (const id of ["headline", "evidence"])
+        at(id).classList.toggle("moving", Boolean(drawn.moving));
     at("error-value").textContent = errorText(drawn.error);
     at("floor-value").textContent = errorText(drawn.floor);
     at("gauge").title = MEANS;

@@ -30,6 +30,7 @@ export async function rank(turn) {
         say("");
         draw();
         headline();
+        show("next", expected()); // the staircase knows now whether the last step is green
         await foresee(turn);
     } catch (why) {
         if (wantedStill(turn)) refused(why);

@@ -22,7 +22,7 @@ const diagnosis = () => now.all.commands.find((one) => one.includes(" diagnose "
 
 export function unknown(answer, rest) {
     const { where, next } = answer.unknown,
-        proven = sections(now.view.map),
+        proven = sections(now.view.map, where),
         bad = proven.length ? proven : [where],
         all = bad.some((one) => one.stop_s - one.start_s > 0.99 * now.all.duration_s);
     const facts = [

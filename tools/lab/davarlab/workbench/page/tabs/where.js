@@ -153,7 +153,7 @@ async function see(cell) {
 
 // All sections in which the misfit is proven. A click selects the worst cell of one.
 function bad() {
-    const all = cells.sections(now.view.map),
+    const all = cells.sections(now.view.map, now.view.worst),
         whole = (one) => one.stop_s - one.start_s > 0.99 * now.all.duration_s;
     return [
         all.length
