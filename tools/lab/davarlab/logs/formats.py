@@ -98,10 +98,16 @@ def format_of(path: StrPath) -> tuple[str, Reader]:
             + (
                 "empty"
                 if not head
-                else f"not {said}, in spite of its name: it begins with {head[:8]!r}"
+                else f"not {said}, in spite of its name: it begins with {shown(head[:8])}"
             )
         )
     return found or ("CSV", text.log)
+
+
+def shown(head: bytes) -> str:
+    """The first bytes of a file in a message: as text if they are text, else in hexadecimal."""
+    text = head.decode("latin-1")
+    return repr(text) if text.isascii() and text.isprintable() else f"the bytes {head.hex(' ')}"
 
 
 def check_inside(folder: StrPath) -> None:

@@ -14,7 +14,7 @@ import jinja2
 from markupsafe import Markup, escape
 
 from .. import axes, files
-from . import words
+from . import verdict, words
 
 HERE = Path(__file__).resolve().parent
 WORKBENCH = HERE.parent / "workbench"
@@ -79,7 +79,9 @@ def template() -> jinja2.Template:
         lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
     )
-    environment.globals.update(quantity=quantity, chance=words.chance, bounds=words.bounds)
+    environment.globals.update(
+        quantity=quantity, chance=words.chance, bounds=words.bounds, section=verdict.section
+    )
     environment.filters.update(breakable=breakable, number=words.number, name=words.name)
     return environment.get_template("page.html")
 

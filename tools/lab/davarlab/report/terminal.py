@@ -84,7 +84,7 @@ def comparison(c: Comparison, notes: Iterable[str] = ()) -> str:
         *notes,
     ]
     lines += [
-        f"  {w.start_s:8.0f} .. {w.stop_s:.0f} s, tau {w.tau_s:g} s: measured "
+        f"  {verdicts.section(w.start_s, w.stop_s):>16} s, tau {w.tau_s:g} s: measured "
         f"{w.measured_dps:.3g}, model {w.model_dps:.3g} {c.unit}, ratio {w.ratio:.2f} ({w.z:+.1f} "
         "sigma)"
         for w in c.where[:WHERE_MAX]

@@ -209,7 +209,8 @@ class Intake:
         for pair in edges:
             if not 0 <= pair[0] < pair[1] <= span * 1.001:
                 raise BadInput(
-                    f"{pair}: not a stretch of this recording, in seconds from 0 to {span:g}"
+                    f"{pair[0]:g} to {pair[1]:g} s is not a part of this recording: the start must "
+                    f"be before the end, and both from 0 to {span:g} s"
                 )
         self.look_at(
             self.session.open_dataset.whole,
