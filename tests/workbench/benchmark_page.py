@@ -83,12 +83,13 @@ def spent(work):
     return time.perf_counter() - begin
 
 
-def one_session(page, folder):
+def one_session(page, data):
     page.click("#tutorial")
     page.wait_for_selector("#headline h1")
     page.click("#close")
     expect(page.locator("#tutorial")).to_be_visible()
-    (folder / "davarlab-files/tutorial_sensor.csv.davarlab.json").unlink()
+    (steps,) = data.rglob("tutorial_sensor.csv.davarlab.json")
+    steps.unlink()
     page.click("#tutorial")
     yield spent(lambda: page.wait_for_selector("#deviation path.model"))
     first = spent(lambda: expect(page.locator("#next .early, .candidate").first).to_be_visible())
@@ -118,7 +119,7 @@ def measured(browser, folder):
     """The figures of one session, in the order of GOALS."""
     tabs, bench = Tabs(browser), Started(folder, folder / "state")
     try:
-        return list(one_session(tabs.open(bench, 1400, 1000), folder))
+        return list(one_session(tabs.open(bench, 1400, 1000), folder / "state"))
     finally:
         tabs.close()
         bench.stop()

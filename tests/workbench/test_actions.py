@@ -61,6 +61,19 @@ def test_the_command_refuses_what_is_not_there(words):
     assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1), done.stderr
 
 
+@pytest.mark.slow
+def test_a_dropped_file_is_not_kept_where_the_workbench_was_opened(folder, started):
+    started.state /= "data"
+    path = noise(started.state.parent / "rec.csv", "time_s,gyro_z_dps", rows=3000)
+    bench = started()
+    status, answer = bench.drop("rec.csv", path.read_bytes())
+    assert status == 200, answer
+    assert files_in(folder) == set()
+    kept = started.state / "davarlab" / folder.relative_to("/") / "davarlab-files"
+    assert answer["path"] == str(kept / "rec.csv")
+    assert [one["name"] for one in bench.done("close")["recent"]] == ["rec.csv"]
+
+
 def test_what_is_not_there_or_no_recording_is_refused_in_one_line(opened):
     bench = opened()
     for wanted, what, given in (
@@ -77,10 +90,13 @@ def test_what_is_not_there_or_no_recording_is_refused_in_one_line(opened):
         ("photo.png", b"\x89PNG\r\n\x1a\n\0\0\0"),
         ("empty.csv", b""),
         ("words.csv", b"time_s,gyro_z_dps\n0,fast\n"),
+        ("bytes.bin", b"\0\1\2garbage"),
         ("cut.csv.gz", gzip.compress(b"a,b\n1,2\n" * 1000)[:40]),
     ):
         status, answer = bench.drop(name, data)
-        assert (status, name in answer["error"], "\n" in answer["error"]) == (400, True, False)
+        said = answer["error"]
+        assert (status, name in said, "\n" in said) == (400, True, False)
+        assert "/" not in said and "b'" not in said, said  # no path of the server, no literal
 
 
 def test_a_selection_keeps_its_steps_and_nonsense_is_refused(folder, opened):
@@ -99,6 +115,8 @@ def test_a_selection_keeps_its_steps_and_nonsense_is_refused(folder, opened):
     ):
         status, answer = bench.act("selection", **wrong)
         assert (status, "\n" in answer["error"]) == (400, False), (wrong, answer)
+    empty = bench.act("selection", alone=[6.0, 6.0])[1]["error"]
+    assert empty.startswith("6 to 6 s is not a part of this recording: the start must be before")
     selections = bench.ask("all")["selections"]
     assert [one["alone"] for one in selections if one["here"]] == [[100.0, 400.0]]
     assert bench.tried("report")[0] == 400  # no command of a terminal has a stretch alone

@@ -208,7 +208,12 @@ class Started(Bench):
             cwd=folder,
             text=True,
             stdin=its,
-            env={**os.environ, "XDG_STATE_HOME": str(state), "DAVAR_BUILT": "1"},
+            env={
+                **os.environ,
+                "XDG_STATE_HOME": str(state),
+                "XDG_DATA_HOME": str(state),
+                "DAVAR_BUILT": "1",
+            },
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
         )

@@ -1,7 +1,9 @@
-"""Files that come in by the page: what was dropped on it, and the tutorial's recording, in a folder
-beside where the workbench was opened."""
+"""Files that come in by the page: what was dropped on it, the tutorial's recording, and what a
+sensor sent. They are kept with the user's data, because the workbench is often opened in a folder
+under version control."""
 
 import contextlib
+import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import BinaryIO
@@ -18,6 +20,17 @@ LIVE_NAME, RAW_NAME = "live.csv", "raw.csv"  # of what was heard on a wire: resu
 FROZEN_NAME = "frozen.csv"  # samples so far
 FOLDER = "davarlab-files"
 Tell = Callable[..., None]  # receives what is new, by name
+
+
+def kept(here: Path) -> Path:
+    """Where the files of a workbench that is opened in this folder are kept: each folder has its
+    own place."""
+    data = os.environ.get("XDG_DATA_HOME", "")
+    try:
+        base = Path(data) if os.path.isabs(data) else Path.home() / ".local/share"
+    except RuntimeError:  # no home
+        return here
+    return base / "davarlab" / here.relative_to(here.anchor)
 
 
 def free_name(path: Path, sha256: str) -> Path:

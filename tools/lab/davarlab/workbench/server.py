@@ -30,7 +30,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from .. import files
 from ..errors import BadInput, internal_error
 from ..report import values
-from . import schema
+from . import arrivals, schema
 from .session import tokens
 from .session.session import ACTION, CODE, INSPECTION, PLAN, QUESTION, Call, Session
 from .session.standing import Stale, Wish
@@ -206,7 +206,7 @@ class Server:
                         )
                     dropped.file.write(block)
         except BadInput as why:
-            return JSONResponse({"error": str(why)}, 400)
+            return JSONResponse({"error": self.said(why)}, 400)
         except ClientDisconnect:
             return JSONResponse({"error": "the dropped file arrived incomplete"}, 400)
         held_out = given.get("purpose") == "held-out"
@@ -245,7 +245,7 @@ class Server:
                 self.begun(call, what, given),
             )
         except BadInput as why:
-            return JSONResponse({"error": str(why)}, 409 if isinstance(why, Stale) else 400)
+            return JSONResponse({"error": self.said(why)}, 409 if isinstance(why, Stale) else 400)
         except Exception as why:
             return self.fault(why)
         if isinstance(found, bytes):
@@ -276,6 +276,10 @@ class Server:
         if what in ("preview", "report") or call.kind in (ACTION, CODE):
             self.waiting[work] = what, given
         return work
+
+    def said(self, why: BadInput) -> str:
+        """A message of davarlab on the page: a file that came by the page has its name alone."""
+        return str(why).replace(f"{self.session.arrivals.folder}{os.sep}", "")
 
     def fault(self, why: Exception) -> JSONResponse:
         """What nobody foresaw: said, and the session goes on."""
@@ -328,7 +332,8 @@ def show(address: str, folder: str | Path) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """`davarlab open`: until interrupted."""
-    session = Session(Path.cwd(), code=sys.stdin is not None and sys.stdin.isatty())
+    here = Path.cwd()
+    session = Session(here, sys.stdin is not None and sys.stdin.isatty(), arrivals.kept(here))
     given = {
         "model": options.model,
         "sensor": options.sensor,

@@ -83,8 +83,10 @@ class Call:
 class Session(Standing):
     """calls: name -> Call, of CALLS; their parts work on what Standing keeps."""
 
-    def __init__(self, folder: str | Path, code: bool = False) -> None:
-        super().__init__(folder, code)
+    def __init__(
+        self, folder: str | Path, code: bool = False, kept: str | Path | None = None
+    ) -> None:
+        super().__init__(folder, code, kept)
         self.plans, self.inspection, self.stepping = plans, Inspection(self), Stepping(self)
         self.details = Details(self, self.stepping)
         self.hold, self.survey = HoldOut(self, self.stepping), Survey(self, self.stepping)
@@ -111,7 +113,7 @@ class Session(Standing):
                 "live": live,
                 "log": log and log.shown,
                 "folder": str(self.arrivals.folder),
-                "recent": welcome.recent([self.arrivals.folder, self.arrivals.folder.parent]),
+                "recent": welcome.recent([self.arrivals.folder, self.folder]),
                 "sources": welcome.sources(),
             }
         recording = dataset.recording

@@ -60,11 +60,14 @@ def nobody(but: Wish | None = None) -> bool:
 
 
 class Standing:
-    """Keeps what is open. code: may a page run effects that somebody writes in it."""
+    """Keeps what is open. folder: where the workbench was opened; kept: where it keeps files that
+    come by the page; code: may a page run effects that somebody writes in it."""
 
-    def __init__(self, folder: str | Path, code: bool = False) -> None:
-        self.code, self.port = code, 0
-        self.arrivals = Arrivals(folder)
+    def __init__(
+        self, folder: str | Path, code: bool = False, kept: str | Path | None = None
+    ) -> None:
+        self.code, self.port, self.folder = code, 0, Path(folder)
+        self.arrivals = Arrivals(kept or folder)
         self.dataset: datasets.Dataset | None = None
         self.datasets: dict[
             Selection, datasets.Dataset
