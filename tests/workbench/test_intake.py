@@ -177,6 +177,65 @@ def test_nothing_of_a_recording_that_was_left_comes_late(folder, opened, tabs, w
     assert all(what == "candidates" and "/api/candidates" in url for url in refused), refused
 
 
+@pytest.mark.parametrize("width", [1280, 390])
+def test_the_names_of_sensors_are_whole(folder, opened, tabs, width):
+    log = flight(folder / "flight.bin", [0.1, 0.2])
+    page = tabs.open(opened(log), width=width)
+    rows = page.locator("[data-sensor] > span")
+    expect(rows).to_have_count(2)
+    assert rows.evaluate_all("all => all.map((one) => one.scrollWidth <= one.clientWidth)") == [
+        True,
+        True,
+    ]
+
+
+def test_back_closes_a_recording_and_forward_opens_it_again(folder, opened, tabs):
+    page = tabs.open(opened())
+    first = page.locator("#choose")
+    dropped(page, noise(folder / "rec.csv", "time_s,gyro_z_dps"))
+    expect(page.locator("#headline h1")).to_be_visible()
+    page.go_back()
+    expect(first).to_be_visible()
+    page.go_forward()
+    expect(page.locator("#headline h1")).to_be_visible()
+    page.click("#close")
+    expect(first).to_be_visible()
+    dropped(page, flight(folder / "flight.bin", [0.1, 0.2]))
+    expect(page.locator("[data-sensor]")).to_have_count(2)
+    page.go_back()
+    expect(first).to_be_visible()
+
+
+def test_a_page_says_what_it_opens_until_the_first_step_is_there(folder, opened, tabs):
+    bench = opened(noise(folder / "rec.csv", "time_s,gyro_z_dps"))
+    page = tabs.open(bench)
+    expect(page.locator("#headline h1")).to_be_visible()
+    late = held_back(page, re.compile("/api/step"))
+    page.reload()
+    until(page, lambda: late)
+    expect(page.locator("#landing h1")).to_have_text("Opening rec.csv")
+    late[0].continue_()
+    expect(page.locator("#headline h1")).to_be_visible()
+    expect(page.locator("#landing")).to_be_hidden()
+
+
+def test_a_tab_says_that_another_one_has_opened_or_closed_a_recording(folder, opened, tabs):
+    bench = opened(noise(folder / "rec.csv", "time_s,gyro_z_dps"))
+    page = tabs.open(bench)
+    expect(page.locator("#headline h1")).to_be_visible()
+    for act, said in (
+        (lambda: bench.drop("other.csv", two_axes(folder / "other.csv").read_bytes()), "opened"),
+        (lambda: bench.done("close"), "closed rec.csv"),
+    ):
+        act()
+        expect(page.locator("#error-said")).to_contain_text(f"Another tab {said}")
+        page.get_by_role("button", name="Open rec.csv again").click()
+        expect(page.locator("#recording")).to_contain_text("rec.csv")
+        expect(page.locator("#headline h1")).to_be_visible()
+        expect(page.locator("#error")).to_be_hidden()
+    tabs.forgive("409")  # what the page had requested about the recording before
+
+
 def test_all_sensors_of_a_log_have_rows_and_one_of_another_sensor_opens_it(folder, opened, tabs):
     sigmas = {"IMU:0": 0.1, "IMU:1": 0.4}
     flight(folder / "flight.bin", [*sigmas.values(), 0.2], short=2)

@@ -240,6 +240,8 @@ def test_everything_can_be_done_with_keys(folder, opened, tabs):
             reached.add(page.evaluate("document.activeElement.id || document.activeElement.type"))
     buttons = {"undo", "refit", "export", "axis", "alone", "cut", "against-column", "lag"}
     assert buttons | {"range", "number", "checkbox"} <= reached
+    buttons = {"zoom", "zoom-reset", "save-svg", "save-png", "stairs-save", "help-button", "theme"}
+    assert buttons <= reached
 
 
 def test_one_screen_holds_it_and_the_next_step_is_six_tabs_away(opened, tabs):

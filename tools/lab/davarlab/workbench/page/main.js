@@ -74,13 +74,21 @@ const opened = {
         }),
 };
 
-async function refresh() {
-    const turn = ++now.turn;
+// elsewhere: another tab has changed something.
+async function refresh(elsewhere = false) {
+    const turn = ++now.turn,
+        was = now.all;
     recall();
     now.all = await ask("all");
+    if (elsewhere && was?.path && was.path !== now.all.path) replaced(was);
     const open = Boolean(now.all.recording);
     if (open && now.all.state !== now.view?.state) stale(true);
+    if (open && !now.view) {
+        live.away();
+        landing.waiting(now.all);
+    }
     screen(open);
+    visited(open || Boolean(now.all.log));
     if (!open) {
         now.view = now.found = now.before = now.cell = now.sheet = null;
         welcome();
@@ -110,9 +118,27 @@ async function refresh() {
     }
     now.of = identity();
     [now.view, now.drawn] = [next, curve.atRest(next)];
+    at("landing").hidden = true;
     at("bench").hidden = false;
     await draw(turn, before);
 }
+
+const pathOf = (all) => all.path ?? all.log?.path;
+
+// An open recording has an entry in the browser's history: Back closes it, Forward opens it again.
+function visited(open) {
+    const path = pathOf(now.all),
+        { sensor } = now.all;
+    if (open && !history.state) history.pushState({ path, sensor }, "");
+    else if (open) history.replaceState({ path, sensor }, "");
+    else if (history.state) history.back();
+}
+
+addEventListener("popstate", () => {
+    const open = Boolean(now.all?.recording || now.all?.log);
+    if (open && !history.state) opened.close();
+    else if (!open && history.state?.path) opened.open(history.state);
+});
 
 const identity = () =>
     JSON.stringify([now.all.recording, now.all.column, now.all.alone, now.all.cut]);
@@ -124,11 +150,29 @@ function welcome() {
     else landing.first(now.all, opened);
 }
 
+// All tabs show one recording. This one says so when another tab has opened or closed it.
+function replaced({ path, sensor }) {
+    const name = path.split("/").at(-1),
+        shown = pathOf(now.all)?.split("/").at(-1);
+    fill(
+        "error-said",
+        shown
+            ? `Another tab opened ${shown}. All tabs show the same recording. `
+            : `Another tab closed ${name}. `,
+        element(
+            "button",
+            { id: "reopen", onclick: () => opened.open({ path, sensor }) },
+            `Open ${name} again`,
+        ),
+    );
+    at("error").hidden = false;
+}
+
 // What is on the screen: the bench of a recording, or the first page.
 function screen(open) {
     document.body.classList.toggle("open", open);
     at("view-model").textContent = open ? "Back to the model" : "Back to the first page";
-    at("landing").hidden = open;
+    at("landing").hidden = Boolean(open && now.view);
     at("bench").hidden = !open || !now.view; // show nothing of a closed recording
     at("close").hidden = at("axis-label").hidden = !open;
     if (!open) for (const id of ["undo", "redo", "export"]) at(id).disabled = true;

@@ -94,7 +94,7 @@ export async function doing(text, work, done = "") {
 // Handles a change by this page, which already has it, or by another one. Without a revision: loads the current state.
 export function changed(revision) {
     if (busy) missed = Math.max(missed, revision);
-    else if (!(now.all?.revision >= revision)) doing("", refresh);
+    else if (!(now.all?.revision >= revision)) doing("", () => refresh(true));
 }
 
 // Runs an action. The page then shows the current state, whether the action succeeded or not.

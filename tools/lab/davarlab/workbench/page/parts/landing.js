@@ -3,7 +3,7 @@ import { AllanChart } from "/page/chart/allan.js";
 import { bar } from "/page/parts/bar.js";
 import { between } from "/page/curve.js";
 import { at } from "/page/now.js";
-import { element, errorText, fill } from "/page/words.js";
+import { duration, element, errorText, fill } from "/page/words.js";
 
 const still = matchMedia("(prefers-reduced-motion: reduce)");
 const HOLD_S = 2.2,
@@ -136,6 +136,19 @@ export function first(all, actions) {
         ),
     );
     demo();
+}
+
+// Shown until the first step of a recording is there.
+export function waiting(all) {
+    fill(
+        "landing",
+        element(
+            "div",
+            { class: "choose" },
+            element("h1", {}, `Opening ${all.recording.split("/").at(-1)}`),
+            element("p", { class: "soft" }, `${all.samples} samples, ${duration(all.duration_s)}`),
+        ),
+    );
 }
 
 let tutorial = null,

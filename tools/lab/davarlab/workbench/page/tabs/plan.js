@@ -143,14 +143,15 @@ export const planning = () => document.body.classList.contains("planning");
 // --- which view is shown ---
 
 // The address keeps the wishes, so that a reloaded page shows the same plan.
-const written = () => history.replaceState(null, "", `#plan?${new URLSearchParams(wishes)}`);
+const written = () =>
+    history.replaceState(history.state, "", `#plan?${new URLSearchParams(wishes)}`);
 
 export function view(plan) {
     document.body.classList.toggle("planning", plan);
     at("plan").hidden = !plan;
     at("view-model").hidden = !plan;
     if (plan) open();
-    else history.replaceState(null, "", location.pathname + location.search);
+    else history.replaceState(history.state, "", location.pathname + location.search);
 }
 
 // Repeats a request until a server answers; the page reports that none does.
