@@ -355,6 +355,24 @@ def test_the_report_is_that_of_the_terminal(folder, opened):
     assert [float(one) for _, one in shown] == close([float(one) for _, one in wanted], 1e-5)
 
 
+def test_the_report_tells_the_steps_and_what_was_ruled_out(folder, opened):
+    """One file for somebody with another machine: no path of this one is in it."""
+    line = effect("sinusoid", amplitude_dps=0.02, frequency_hz=3.0)
+    bench = opened(simulated(folder, line, seconds=300))
+    first = bench.ask("step")["error"]
+    bench.done("add", place=bench.candidate("sinusoid"))
+    text = bench.request("/api/report")[1].decode()
+    assert str(folder) not in text
+    story = text.split('<section id="steps">')[1].split("</section>")[0]
+    assert "added line at 3 Hz" in story and f"{first:.4g}" in story
+    for picture in ("map-initial", "map-final", "stairs"):
+        assert f'id="{picture}"' in text
+    tried = text.split('<section id="tried">')[1].split("</section>")[0]
+    kinds = [one["title"] for one in bench.ask("candidates")["candidates"]]
+    assert re.findall("<td><b>(.*?)</b></td>", tried)[: len(kinds)] == kinds
+    assert "not significant" in tried
+
+
 def test_only_samples_that_are_there_are_counted(folder, opened):
     recording = two_axes(folder / "rec.csv", first_missing=1500)
     shown = opened(recording).ask("all")

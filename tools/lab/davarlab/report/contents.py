@@ -15,8 +15,9 @@ import numpy as np
 
 from .. import axes, files, places
 from .. import model as models
+from ..candidates.candidate import Candidate
 from ..data.recording import Recording
-from ..diagnosis import contributions, evidence, improve
+from ..diagnosis import contributions, evidence, improve, search
 from ..diagnosis.compare import Comparison
 from ..diagnosis.improve import Estimates, Improvement
 from ..diagnosis.state import Judged, State
@@ -79,6 +80,7 @@ def file_facts(given: Mapping[str, str]) -> list[Json]:
         rows += [
             {
                 "role": role,
+                "name": Path(one).name,
                 "path": str(one),
                 "bytes": os.path.getsize(one),
                 "sha256": files.sha256(one),
@@ -293,14 +295,38 @@ def marked(state: State, effects: Iterable[tuple[str, Estimates]]) -> list[tuple
     return found
 
 
+def tried_rows(ranked: Sequence[Candidate]) -> list[Json]:
+    """The effects that were tried beside a model, and are not in it."""
+    return [
+        {
+            "name": words.title(one.kind, one.part.shape),
+            "significant": search.significant([one]),
+            "gain": one.gain,
+            "p": math.exp(one.log_p),
+            "physics": one.part.effect.physics,
+        }
+        for one in ranked
+    ]
+
+
 def of_comparison(
-    run: Run, comparison: Comparison, state: Judged, way: Sequence[Json] = ()
+    run: Run,
+    comparison: Comparison,
+    state: Judged,
+    way: Sequence[Json] = (),
+    first: Comparison | None = None,
+    ranked: Sequence[Candidate] = (),
 ) -> Json:
-    """`davarlab compare`. state: the model refitted on the recording. way: label, error and floor
-    of the steps to the model, where they are known."""
+    """`davarlab compare`, and the report of a session. state: the model refitted on the recording.
+    way: label, error, floor and held-out error of the steps to the model; first: the model of the
+    first step, if later ones added effects to it; ranked: the candidates beside the model."""
     tone, said = verdict.of_comparison(comparison)
+    before, better = (first, comparison) if first else (comparison, None)
     contents = {
-        **measured(run, comparison, None, state, *improve.fitted_model(state, run.model)),
+        **measured(run, before, better, state, *improve.fitted_model(state, run.model)),
+        "misfit": verdict.misfit(comparison),
+        "story": list(way),
+        "tried": tried_rows(ranked),
         "title": "Model and measurement",
         "tone": tone,
         "verdict": said,

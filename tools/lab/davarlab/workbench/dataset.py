@@ -396,26 +396,35 @@ class Dataset:
     def report(
         self,
         outcome: Outcome,
+        first: Outcome,
+        ranked: Sequence[Candidate],
         path: str,
         typed: tuple[str, str, list[str]],
         way: Sequence[Json],
         progress: Progress,
     ) -> bytes:
-        """The page that `davarlab compare --report` writes of a model. typed: what a terminal calls
-        recording and model, and further options; way: the steps to it."""
+        """The page that `davarlab compare --report` writes of a model. first: the model of the
+        first step; ranked: the candidates beside the model; typed: what a terminal calls recording
+        and model, and further options; way: the steps to it."""
         from ..report import contents, page
 
         found = compare.compare(self.recording, outcome.model, progress, outcome.fitted)
         recording, model, options = typed
+        grown = set(first.model.kinds) < set(outcome.model.kinds)
+        before = (
+            compare.compare(self.recording, first.model, progress, first.fitted) if grown else None
+        )
         run = contents.Run(
-            ["open", path],
+            ["open", Path(path).name],
             self.recording,
-            outcome.model,
+            first.model if grown else outcome.model,
             {"recording": path},
             options,
             called=(recording, model),
         )
-        found_contents = contents.of_comparison(run, found, outcome.fitted, way)
+        found_contents = contents.of_comparison(run, found, outcome.fitted, way, before, ranked)
+        for file in found_contents["run"]["files"]:
+            file["path"] = file["name"]  # the reader has another machine
         return page.html(found_contents, self.selection.column).encode()
 
     def residual(self, text: str) -> Floats:

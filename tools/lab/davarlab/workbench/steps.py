@@ -13,7 +13,6 @@ from urllib.parse import quote
 from .. import files
 from .. import model as models
 from ..errors import BadInput
-from ..report.values import Json
 from . import schema
 
 ENDING = ".davarlab.json"
@@ -260,10 +259,10 @@ class Steps:
     def selections(self) -> list[Selection]:
         return [Selection.of_text(text) for text in self.trees]
 
-    def way(self, step: Step) -> list[Json]:
-        """label, error and floor of the steps to a step, the first one first."""
+    def way(self, step: Step) -> list[Step]:
+        """The steps to a step, the first one first."""
         before = [] if step.parent is None else self.way(self.steps[step.parent])
-        return [*before, {"label": step.did, "error": step.error, "floor": step.floor}]
+        return [*before, step]
 
     @property
     def here(self) -> Step:

@@ -1,5 +1,7 @@
 """The details of a step, and the files that are written of it."""
 
+from pathlib import Path
+
 from ... import kalibr
 from ... import model as models
 from ...diagnosis import fitting
@@ -9,6 +11,7 @@ from ...model import is_accel
 from ...report import declared, export, parameters, verdict
 from ...report.values import Json
 from .. import typed, views
+from ..steps import Step
 from .standing import Standing
 from .stepping import Stepping
 
@@ -41,18 +44,32 @@ class Details:
         return {"moves": views.moves(self.session.open_dataset, self.stepping.here().text)}
 
     def report(self, number: int | None = None, state: str | None = None) -> bytes:
-        """The still page of a step: that of `davarlab compare --report`."""
-        step = self.stepping.shown(number, state)
+        """The still page of a step: that of `davarlab compare --report`, with the steps to it and
+        the other effects that were tried."""
+        step, dataset = self.stepping.shown(number, state), self.session.open_dataset
         if self.session.open_dataset.selection.alone or self.session.open_dataset.selection.cut:
             raise BadInput("a report is of a whole recording: look at all of it first")
-        _, recording, rate = typed.in_terminal(self.session.open_steps)
-        return self.session.open_dataset.report(
+        _, recording, options = typed.in_terminal(self.session.open_steps)
+        way, progress = self.session.open_steps.way(step), self.session.progress
+        return dataset.report(
             self.stepping.outcome(step),
+            self.stepping.outcome(way[0]),
+            dataset.ranked(self.stepping.fitted_step(step).text, progress),
             self.session.open_steps.recording,
-            (recording, typed.MODEL_NAME, rate),
-            self.session.open_steps.way(step),
-            self.session.progress,
+            (Path(recording).name, typed.MODEL_NAME, options),
+            [self.told(one) for one in way],
+            progress,
         )
+
+    def told(self, step: Step) -> Json:
+        """A step as the report tells it."""
+        held = self.session.held and self.stepping.held_out(step)
+        return {
+            "label": step.did,
+            "error": step.error,
+            "floor": step.floor,
+            "held_out": held and held[0],
+        }
 
     def save(self, what: str, number: int | None = None, state: str | None = None) -> bytes:
         """The model to take home: toml, the table for the device (h), its filter (plan), or the

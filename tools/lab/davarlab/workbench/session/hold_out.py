@@ -51,8 +51,6 @@ class HoldOut:
         """The error of a step on the recording that is held out, and its floor; None without
         one. fails: the model does not fit it."""
         step = self.stepping.here(number)
-        error, floor = self.session.open_dataset.held_out(
-            step.text, self.stepping.outcome(step).model, self.session.held
-        )
+        error, floor = self.stepping.held_out(step)
         fails = verdict.fails_held_out(error, floor)
         return {"number": step.number, "error": error, "floor": floor, "fails": fails}

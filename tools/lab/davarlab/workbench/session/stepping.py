@@ -71,6 +71,12 @@ class Stepping:
     def outcome(self, step: Step) -> Outcome:
         return self.session.open_dataset.outcome_of(step.text, step.fitted, self.session.progress)
 
+    def held_out(self, step: Step) -> tuple[float | None, float | None]:
+        """The error of a step on the recording that is held out, and its floor."""
+        return self.session.open_dataset.held_out(
+            step.text, self.outcome(step).model, self.session.held
+        )
+
     def grown(
         self,
         steps: Steps,
