@@ -373,6 +373,18 @@ def test_the_report_tells_the_steps_and_what_was_ruled_out(folder, opened):
     assert "not significant" in tried
 
 
+def test_the_curve_is_saved_with_its_units(folder, opened):
+    bench = opened(simulated(folder, RAMP, seed=24))
+    header, *rows = bench.request("/api/curve")[1].decode().split()
+    assert header == (
+        "tau_s,measured_dps,model_dps,low_dps,high_dps,1_angle_random_walk_dps,2_bias_instability_dps"
+    )
+    shown = bench.ask("step")["deviation"]
+    table = [[float(one) for one in row.split(",")] for row in rows]
+    for place, key in enumerate(("tau_s", "measured", "model", "low", "high")):
+        assert [row[place] for row in table] == close(shown[key], 1e-8)
+
+
 def test_only_samples_that_are_there_are_counted(folder, opened):
     recording = two_axes(folder / "rec.csv", first_missing=1500)
     shown = opened(recording).ask("all")

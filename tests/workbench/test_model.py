@@ -244,6 +244,25 @@ def test_everything_can_be_done_with_keys(folder, opened, tabs):
     assert buttons <= reached
 
 
+def test_a_saved_picture_has_a_title_units_and_its_source(folder, opened, tabs):
+    page = tabs.open(opened(simulated(folder, seconds=300)))
+    ranked(page)
+    for button, name in (("save-svg", "rec.csv-fit.svg"), ("stairs-save", "rec.csv-error.svg")):
+        with page.expect_download() as saved:
+            page.click(f"#{button}")
+        assert saved.value.suggested_filename == name
+        text = saved.value.path().read_text()
+        assert "rec.csv, 5 min at 50 Hz. Step 1: a first model" in text
+        assert "var(--" not in text
+        if button == "save-svg":
+            assert "Allan deviation, measured and model, gyro_z_dps" in text and "deg/s" in text
+            hits = re.findall('<path[^>]*class="part-hit"[^>]*>', text)  # styled by the page
+            assert hits and all("fill: none" in one for one in hits)
+    with page.expect_download() as saved:
+        page.click("#save-png")
+    assert saved.value.path().read_bytes().startswith(b"\x89PNG")
+
+
 def test_one_screen_holds_it_and_the_next_step_is_six_tabs_away(opened, tabs):
     page = tabs.open(opened())
     page.click("#tutorial")

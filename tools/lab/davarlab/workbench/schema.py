@@ -279,6 +279,7 @@ REQUESTS: dict[str, type[Given]] = {
     "preview": Preview,
     "held_out": OfStep,
     "report": Report,
+    "curve": Report,
     "all": Nothing,
     "live": Nothing,
     "save": Save,

@@ -39,8 +39,21 @@ const stills = matchMedia("(prefers-reduced-motion: reduce)");
 
 const still = () => {}; // no zoom, but a drawing to save
 tabs.build([
-    { id: "fit", of: "Look", title: "Fit", ...fit },
-    { id: "where", of: "Look", title: "Where", ...where, zoom: still },
+    {
+        id: "fit",
+        of: "Look",
+        title: "Fit",
+        picture: "Allan deviation, measured and model",
+        ...fit,
+    },
+    {
+        id: "where",
+        of: "Look",
+        title: "Where",
+        picture: "Where the model fails",
+        ...where,
+        zoom: still,
+    },
     { id: "spectrum", of: "Look", title: "Spectrum", ...spectrum },
     { id: "columns", of: "Look", title: "Columns", ...columns, zoom: still },
     { id: "axes", of: "Look", title: "Axes", ...axes },

@@ -1,6 +1,6 @@
 // The state of the page, and how it runs actions: the status text, the error line, and only the newest request of a kind.
 import { act, forget } from "/page/api.js";
-import { unitText } from "/page/words.js";
+import { duration, number, unitText } from "/page/words.js";
 
 // all: the open recording and its steps. view: the displayed step. found: its candidates. turn: counts how often a step was drawn. stale: whether the page shows outdated results.
 // fails: why the held-out recording speaks against the step, null if it does not.
@@ -28,6 +28,16 @@ let busy = 0,
 
 // The unit of the rate: deg/s of a gyro, m/s² of an accelerometer.
 export const rateUnit = () => unitText(now.all?.unit || "deg/s");
+// A picture of the shown step: the name of its file, its title and its source.
+export function picture(name, title) {
+    const { recording, column, duration_s, rate_hz } = now.all,
+        file = recording.split("/").at(-1);
+    return {
+        name: `${file}-${name}`,
+        title: `${title}, ${column}`,
+        source: `${file}, ${duration(duration_s)} at ${number(rate_hz, 6)} Hz. Step ${now.view.number + 1}: ${now.view.did}. davarlab`,
+    };
+}
 export const accel = () => now.all?.unit === "m/s^2";
 
 export function shownBy(show) {

@@ -61,6 +61,18 @@ class Details:
             progress,
         )
 
+    def curve(self, number: int | None = None, state: str | None = None) -> bytes:
+        """The Allan curve of a step as CSV: measured, model, its 95 % band, and each effect."""
+        step = self.stepping.shown(number, state)
+        found = self.stepping.step(step.number)["deviation"]
+        unit = "mps2" if is_accel(self.session.open_dataset.selection.column) else "dps"
+        columns = {"tau_s": found["tau_s"]}
+        columns |= {f"{key}_{unit}": found[key] for key in ("measured", "model", "low", "high")}
+        for place, effect in enumerate(found["effects"], 1):  # a kind may be there twice
+            columns[f"{place}_{effect['kind']}_{unit}"] = effect["deviation"]
+        rows = [",".join(f"{value:.9g}" for value in row) for row in zip(*columns.values())]
+        return "\n".join([",".join(columns), *rows, ""]).encode()
+
     def told(self, step: Step) -> Json:
         """A step as the report tells it."""
         held = self.session.held and self.stepping.held_out(step)

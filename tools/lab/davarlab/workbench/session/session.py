@@ -35,6 +35,7 @@ CALLS = {
     "against": (QUESTION, "details.against"),
     "moves": (QUESTION, "details.moves"),
     "report": (QUESTION, "details.report"),
+    "curve": (QUESTION, "details.curve"),
     "all": (INSPECTION, "everything"),
     "live": (INSPECTION, "listener.so_far"),
     "save": (INSPECTION, "details.save"),

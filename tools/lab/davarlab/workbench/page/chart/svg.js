@@ -54,25 +54,42 @@ export function area(X, Y, x, low, high) {
         .join("L")}Z`;
 }
 
-// The drawing as the text of an SVG file: the custom properties of the page become their values.
-function standalone(drawing) {
+const ABOVE = 28, // pixels for the title of a saved picture
+    BELOW = 22; // and for its source
+
+// The size of a saved picture.
+function framed(drawing) {
+    const { width, height } = drawing.viewBox.baseVal;
+    return { width, height: ABOVE + height + BELOW };
+}
+
+const STYLED = ["fill", "fill-opacity", "stroke", "stroke-width", "stroke-opacity", "opacity"];
+STYLED.push("font-size", "font-weight", "paint-order", "display", "visibility");
+
+// The drawing as the text of an SVG file, with the styles that the page gives each element.
+function standalone(drawing, title, source) {
     const copy = drawing.cloneNode(true),
-        style = getComputedStyle(document.documentElement),
-        { width, height } = drawing.viewBox.baseVal;
-    const value = (name) => style.getPropertyValue(name).trim();
+        page = getComputedStyle(document.documentElement),
+        { width, height } = framed(drawing),
+        from = drawing.querySelectorAll("*");
+    copy.querySelectorAll("*").forEach((one, i) => {
+        const style = getComputedStyle(from[i]);
+        for (const name of STYLED) {
+            one.removeAttribute(name); // may be a property of the page
+            one.style.setProperty(name, style.getPropertyValue(name));
+        }
+    });
     copy.setAttribute("xmlns", "http://www.w3.org/2000/svg");
+    copy.setAttribute("viewBox", `0 ${-ABOVE} ${width} ${height}`);
     copy.setAttribute("width", width);
     copy.setAttribute("height", height);
-    const rules =
-        `text{font:12px sans-serif;fill:${value("--soft")}}.ink{fill:${value("--ink")}}.strong{font-weight:650}` +
-        `.halo{paint-order:stroke;stroke:${value("--panel")};stroke-width:5px}`;
-    copy.prepend(
-        svg("style", {}, null, rules),
-        svg("rect", { width, height, fill: value("--panel") }),
-    );
-    return new XMLSerializer()
-        .serializeToString(copy)
-        .replace(/var\((--[\w-]+)\)/g, (_, name) => value(name));
+    copy.setAttribute("style", "font:12px sans-serif");
+    const fill = (name) => page.getPropertyValue(name).trim();
+    copy.prepend(svg("rect", { y: -ABOVE, width, height, fill: fill("--panel") }));
+    const said = { x: 8, fill: fill("--ink") };
+    svg("text", { ...said, y: -10, "font-weight": 650 }, copy, title);
+    svg("text", { ...said, y: height - ABOVE - 7 }, copy, source);
+    return new XMLSerializer().serializeToString(copy);
 }
 
 function offer(address, name) {
@@ -80,15 +97,16 @@ function offer(address, name) {
     setTimeout(() => URL.revokeObjectURL(address), 1000);
 }
 
-// Saves a drawing as SVG or as a PNG of twice its size.
-export async function save(drawing, name, kind) {
-    const address = URL.createObjectURL(new Blob([standalone(drawing)], { type: "image/svg+xml" }));
+// Saves a drawing as SVG or as a PNG of twice its size, with a title and a source.
+export async function save(drawing, { name, title, source }, kind) {
+    const text = standalone(drawing, title, source),
+        address = URL.createObjectURL(new Blob([text], { type: "image/svg+xml" }));
     if (kind === "svg") {
         offer(address, `${name}.svg`);
         return;
     }
     const picture = new Image(),
-        { width, height } = drawing.viewBox.baseVal,
+        { width, height } = framed(drawing),
         paper = document.createElement("canvas");
     picture.src = address;
     await picture.decode();

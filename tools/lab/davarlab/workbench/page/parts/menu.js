@@ -13,6 +13,7 @@ const FILES = [
     ["save-px4", "PX4", "gyro.params", "save", { what: "px4" }],
     ["save-ardupilot", "ArduPilot", "gyro.parm", "save", { what: "ardupilot" }],
     ["save-ros", "ROS", "gyro.yaml", "save", { what: "ros" }],
+    ["save-curve", "Allan curve", "allan.csv", "curve", {}],
     ["report", "Report", "report.html", "report", {}],
 ];
 

@@ -4,7 +4,7 @@ import { staircase } from "/page/chart/stairs.js";
 import { save } from "/page/chart/svg.js";
 import { expected } from "/page/parts/next.js";
 import { settled } from "/page/parts/head.js";
-import { acting, at, hear, now } from "/page/now.js";
+import { acting, at, hear, now, picture } from "/page/now.js";
 import { labelled } from "/page/words.js";
 
 const undone = {}; // step -> the child that undo left, for redo
@@ -71,5 +71,7 @@ export function stairs() {
 }
 
 hear("next", stairs);
-at("stairs-save").onclick = () => save(at("staircase").firstChild, "error", "svg");
-at("stairs-png").onclick = () => save(at("staircase").firstChild, "error", "png");
+at("stairs-save").onclick = () =>
+    save(at("staircase").firstChild, picture("error", "Error of each step"), "svg");
+at("stairs-png").onclick = () =>
+    save(at("staircase").firstChild, picture("error", "Error of each step"), "png");

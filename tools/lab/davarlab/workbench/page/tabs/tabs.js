@@ -1,12 +1,12 @@
 // The tabs over the chart: only the one that is shown is drawn, again when its size changes.
 import { save } from "/page/chart/svg.js";
-import { at, now, refused } from "/page/now.js";
+import { at, now, picture, refused } from "/page/now.js";
 import { element } from "/page/words.js";
 
 let tabs = [],
     shown = null;
 
-// tabs: {id, of, title, build(panel), draw(panel), zoom(factor or null to reset)}. of: the group; one without has its button elsewhere.
+// tabs: {id, of, title, picture (the title of a saved one), build(panel), draw(panel), zoom(factor or null to reset)}. of: the group; one without has its button elsewhere.
 export function build(all) {
     tabs = all;
     const listed = tabs.filter((one) => one.of);
@@ -58,8 +58,9 @@ export function build(all) {
         shown.zoom?.(null);
     };
     const drawing = () => at(`panel-${shown.id}`).querySelector("svg:not([hidden])");
-    at("save-svg").onclick = () => drawing() && save(drawing(), shown.id, "svg");
-    at("save-png").onclick = () => drawing() && save(drawing(), shown.id, "png");
+    for (const kind of ["svg", "png"])
+        at(`save-${kind}`).onclick = () =>
+            drawing() && save(drawing(), picture(shown.id, shown.picture || shown.title), kind);
     choose(tabs[0]);
 }
 
