@@ -105,14 +105,14 @@ function tried() {
     return [...first, ...pairs(first)];
 }
 
-// What lowers the error, the lowest first, and of pairs only the best one. What is not computed yet is behind.
+// What lowers the error, or is not computed yet. Clearly more evidence comes first: an effect that bends to the misfit may lower the error as much as its cause. With the same evidence, the lower error does. Of pairs, the best one.
 function cards() {
     const all = tried().filter((card) => !foreseen.has(key(card)) || helps(card)),
-        best = all
-            .filter((card) => foreseen.has(key(card)))
-            .sort((a, b) => errorOf(a) - errorOf(b)),
-        waiting = all.filter((card) => !foreseen.has(key(card)));
-    return [...best.filter((card, i) => !card.also || i === 0), ...waiting].slice(0, CARDS);
+        value = (card) => errorOf(card) ?? Infinity;
+    return all
+        .sort((a, b) => pipsOf(b.one) - pipsOf(a.one) || value(a) - value(b))
+        .filter((card, i) => !card.also || i === 0)
+        .slice(0, CARDS);
 }
 
 export const titled = ({ one, others, also }) =>
@@ -122,9 +122,13 @@ export const titled = ({ one, others, also }) =>
             : [one, ...others].map((other) => other.title).join(" or "),
     );
 
-function pips(gain) {
-    const most = Math.max(...now.found.map((one) => one.gain)),
-        count = most - gain < ALIKE ? 4 : most - gain < NEAR ? 3 : gain > NEAR ? 2 : 1;
+function pipsOf({ gain }) {
+    const most = Math.max(...now.found.map((one) => one.gain));
+    return most - gain < ALIKE ? 4 : most - gain < NEAR ? 3 : gain > NEAR ? 2 : 1;
+}
+
+function pips(one) {
+    const count = pipsOf(one);
     return element(
         "span",
         {
@@ -207,7 +211,7 @@ function write(made, card, best) {
     for (const child of [...made.children]) if (child !== add) child.remove();
     add.className = best ? "candidate go big" : "candidate";
     add.disabled = !later; // nobody adds an effect before its result is shown
-    const evidence = pips(Math.max(one.gain, also?.gain ?? 0));
+    const evidence = pips({ gain: Math.max(one.gain, also?.gain ?? 0) });
     add.before(
         ...[
             best &&
