@@ -41,6 +41,7 @@ OPENED = {
     "report/page.py": ["read_text"],
     "report/contents.py": ["read_text"],
     "workbench/plans.py": ["zipfile.ZipFile(made, 'w', zipfile.ZIP_DEFLATED)"],  # in memory
+    "workbench/session/details.py": ["zipfile.ZipFile(made, 'w', zipfile.ZIP_DEFLATED)"],
     "workbench/arrivals.py": ["open(part, 'xb')"],  # under a name that nothing has
     "logs/arrays.py": [
         "np.load(path, mmap_mode='r', allow_pickle=False)",

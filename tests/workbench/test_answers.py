@@ -2,12 +2,14 @@
 browser; the quick gear runs all of it that is not marked slow.
 """
 
+import io
 import json
 import math
 import random
 import re
 import shlex
 import tomllib
+import zipfile
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
@@ -371,6 +373,18 @@ def test_the_report_tells_the_steps_and_what_was_ruled_out(folder, opened):
     kinds = [one["title"] for one in bench.ask("candidates")["candidates"]]
     assert re.findall("<td><b>(.*?)</b></td>", tried)[: len(kinds)] == kinds
     assert "not significant" in tried
+
+
+def test_a_session_goes_on_where_its_archive_is_unpacked(folder, opened):
+    bench = opened(simulated(folder, RAMP, seed=24))
+    bench.done("add", place=0)
+    before = bench.ask("all")
+    elsewhere = folder / "elsewhere"
+    with zipfile.ZipFile(io.BytesIO(bench.request("/api/archive")[1])) as archive:
+        assert sorted(archive.namelist()) == ["rec.csv", "rec.csv.davarlab.json"]
+        archive.extractall(elsewhere)
+    after = opened(elsewhere / "rec.csv").ask("all")
+    assert (after["steps"], after["current"]) == (before["steps"], before["current"])
 
 
 def test_the_curve_is_saved_with_its_units(folder, opened):

@@ -280,6 +280,7 @@ REQUESTS: dict[str, type[Given]] = {
     "held_out": OfStep,
     "report": Report,
     "curve": Report,
+    "archive": Report,
     "all": Nothing,
     "live": Nothing,
     "save": Save,

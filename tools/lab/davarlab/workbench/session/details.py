@@ -1,5 +1,8 @@
 """The details of a step, and the files that are written of it."""
 
+import glob
+import io
+import zipfile
 from pathlib import Path
 
 from ... import kalibr
@@ -72,6 +75,20 @@ class Details:
             columns[f"{place}_{effect['kind']}_{unit}"] = effect["deviation"]
         rows = [",".join(f"{value:.9g}" for value in row) for row in zip(*columns.values())]
         return "\n".join([",".join(columns), *rows, ""]).encode()
+
+    def archive(self, number: int | None = None, state: str | None = None) -> bytes:
+        """Session, recording and own effects as a zip archive: unpacked, `davarlab open` goes on
+        where this session is."""
+        self.stepping.shown(number, state)
+        steps = self.session.open_steps
+        recording = Path(steps.recording)
+        parts = [recording, *recording.rglob("*"), Path(steps.path)]
+        parts += recording.parent.glob(f"{glob.escape(recording.name)}.*.py")
+        made = io.BytesIO()
+        with zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as archive:
+            for part in filter(Path.is_file, parts):
+                archive.write(part, part.relative_to(recording.parent))
+        return made.getvalue()
 
     def told(self, step: Step) -> Json:
         """A step as the report tells it."""

@@ -39,6 +39,7 @@ CALLS = {
     "all": (INSPECTION, "everything"),
     "live": (INSPECTION, "listener.so_far"),
     "save": (INSPECTION, "details.save"),
+    "archive": (INSPECTION, "details.archive"),
     "stretch": (INSPECTION, "inspection.stretch"),
     "spectrogram": (INSPECTION, "inspection.spectrogram"),
     "axes": (INSPECTION, "inspection.axes"),

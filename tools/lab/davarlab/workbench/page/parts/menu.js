@@ -14,6 +14,7 @@ const FILES = [
     ["save-ardupilot", "ArduPilot", "gyro.parm", "save", { what: "ardupilot" }],
     ["save-ros", "ROS", "gyro.yaml", "save", { what: "ros" }],
     ["save-curve", "Allan curve", "allan.csv", "curve", {}],
+    ["save-session", "Session with its recording", "session.zip", "archive", {}],
     ["report", "Report", "report.html", "report", {}],
 ];
 
