@@ -5,6 +5,7 @@ formats' own libraries wrote comes back.
 import contextlib
 import json
 import os
+import re
 import sqlite3
 from pathlib import Path
 
@@ -265,6 +266,21 @@ def test_time_backwards_and_no_time(logs):
         write(logs.work / name, logs.truth)
         logs.rejected(logs.work / name, name, "time runs backwards")
     logs.rejected(logs.file("c.csv", "gx_dps\n1\n2\n"), "no column time_s and no --rate")
+
+
+@pytest.mark.parametrize("name", UNITS)
+def test_a_log_that_was_cut_off_is_read_after_the_command_of_the_message(logs, name):
+    log = logs.work / name
+    UNITS[name][0](log, logs.truth, 1)
+    whole = log.read_bytes()
+    for cut in (1, 20):
+        log.write_bytes(whole[:-cut])
+        logs.rejected(log, "cut short", "head -c ")
+        size = int(re.search(rf"Type head -c (\d+) {log} > NEW", logs.said(log))[1])
+        log.write_bytes(whole[:size])
+        found = np.float64(logs.imported(log)[1]["gyro_x_dps"])
+        np.testing.assert_allclose(found, logs.truth.gyro[0][: len(found)], rtol=1e-6, atol=1e-8)
+        assert logs.truth.count - 1 <= len(found) <= logs.truth.count
 
 
 def test_arrays_of_matlab_whose_names_do_not_say_what_they_are(logs):

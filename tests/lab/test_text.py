@@ -202,7 +202,8 @@ def test_names_are_asked_for_and_taken(logs, name, separator):
     for clock, stamps in (("time_s", US / 1e6), ("time_us", US)):
         log = logs.file(name, rows(stamps, *GYRO.T, TEMP, separator=separator))
         proposed = f"--names {clock},gyro_x,gyro_y,gyro_z,temp_degC"
-        logs.rejected(log, f"{name}:1: no names", proposed)
+        alone = "If columns 2 to 4 are a gyro", "a linear acceleration looks the same"
+        logs.rejected(log, f"{name}:1: no names", *alone, proposed)
     columns = logs.imported(log, "--names", "time_us,gx_dps,gy_dps,gz_dps,_")[1]
     logs.check_gyro(columns)
     assert set(columns) == {"time_s", *(f"gyro_{a}_dps" for a in "xyz")}

@@ -5,6 +5,7 @@ import hashlib
 import io
 import os
 import secrets
+import shlex
 import signal
 import stat
 import threading
@@ -168,3 +169,9 @@ def write_whole(path: StrPath, data: bytes | Iterable[bytes], follow: bool = Tru
         finally:
             with contextlib.suppress(OSError):
                 trial.unlink()
+
+
+def without_end(path: StrPath, size: int) -> str:
+    """What to type for a file whose end, after so many bytes, is not whole."""
+    ending = Path(path).suffix
+    return f"Type head -c {size} {shlex.quote(str(path))} > NEW{ending}, and use NEW{ending}"

@@ -88,7 +88,7 @@ class Log:
                 if end > log.data_len:
                     raise BadInput(
                         f"{path}: cut short: its last message, {form.name}, is incomplete "
-                        "(ArduPilot DataFlash)"
+                        f"(ArduPilot DataFlash). {files.without_end(path, int(places[-1]))}"
                     )
                 match = KINDS.match(form.name)
                 if len(places) and match:
@@ -102,7 +102,7 @@ class Log:
             if file.read(len(HEAD)) in (HEAD[:1], HEAD):
                 raise BadInput(
                     f"{path}: cut short: after its last message, another one begins (ArduPilot "
-                    "DataFlash)"
+                    f"DataFlash). {files.without_end(path, end)}"
                 )
         if len(batched) == 2:
             self.batches(*batched["ISBH"], *batched["ISBD"])

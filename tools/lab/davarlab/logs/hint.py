@@ -46,10 +46,14 @@ def said(columns: Mapping[str, Floats], count: int, rates: Sequence[float]) -> s
         return f"Type {dialect.example(count)}"
     names = [found.get(place, dialect.SKIP) for place in range(count)]
     rate = "" if any(name.startswith("time") for name in names) else " --rate HZ"
-    return (
-        f"If its numbers show what the columns are ({dialect.SKIP} skips one), type "
-        f"--names {','.join(names)}{rate}"
-    )
+    typed = f"type --names {','.join(names)}{rate}"
+    if not any(name.startswith("accel") for name in names):
+        first = names.index("gyro_x") + 1
+        return (
+            f"If columns {first} to {first + 2} are a gyro ({dialect.SKIP} skips a column; a "
+            f"linear acceleration looks the same), {typed}"
+        )
+    return f"If its numbers show what the columns are ({dialect.SKIP} skips one), {typed}"
 
 
 def names_of(columns: Mapping[int, Floats], rates: Sequence[float]) -> dict[int, str]:

@@ -20,6 +20,7 @@ from .sensor import Numbers, Samples, Sensor
 
 SINCE_BOOT, SELECTION = "seconds since boot", "sensor_selection"
 XYZ = ("x", "y", "z")
+HEADER = 3  # bytes before each message
 # topic: (what it measures: fields of x, y, z; rank). Rank 1: filtered, made of the others.
 TOPICS: dict[str, tuple[dict[str, Sequence[str]], int]] = {
     "sensor_combined": (
@@ -48,7 +49,10 @@ class Log:
             whole = Watched(file, os.path.getsize(path))
             log = ULog(whole, [*TOPICS, SELECTION], True)
         if whole.cut:
-            raise BadInput(f"{path}: cut short: its last message is incomplete (PX4 ULog)")
+            raise BadInput(
+                f"{path}: cut short: its last message is incomplete (PX4 ULog). "
+                f"{files.without_end(path, whole.begun)}"
+            )
         if log.file_corruption:
             what = [*said.getvalue().strip().splitlines(), "messages of a wrong length"][0]
             raise BadInput(f"{path}: damaged ({what})")
@@ -80,14 +84,16 @@ class Log:
 
 class Watched:
     """A file that remembers whether somebody asked for more than was left of it, other than at its
-    very end."""
+    very end, and where the last message began: with a header of three bytes."""
 
     def __init__(self, file: io.BufferedReader, size: int) -> None:
-        self.file, self.size, self.cut = file, size, False
+        self.file, self.size, self.cut, self.begun = file, size, False, 0
 
     def read(self, count: int) -> bytes:
+        if count == HEADER:
+            self.begun = self.file.tell()
         data = self.file.read(count)
-        self.cut |= 0 < len(data) < count or not data and count > 3
+        self.cut |= 0 < len(data) < count or not data and count > HEADER
         return data
 
     def __getattr__(self, name: str) -> Any:
