@@ -156,6 +156,13 @@ def test_motion_is_the_same_in_every_unit_and_a_short_rest_counts_only_at_an_end
     found, same = said(turned, "gyro_x_rad_s")
     assert "motion" in found
     assert (same == kept).all()
+    counted = {
+        name.replace("_dps", "_counts"): np.round(course * 65.5) if "dps" in name else course
+        for name, course in columns.items()
+    }
+    found, same = said(counted, "accel_x_g")
+    assert "motion" in found
+    assert np.mean(same != said(columns, "accel_x_g")[1]) < 0.005
 
 
 @pytest.mark.parametrize(

@@ -39,6 +39,7 @@ TILT_BLOCKS = 9  # before and after, that the course of a tilt is compared in
 # Largest spread at rest of rates averaged over a quarter of a second, in deg/s, or WHITER times
 # what the white noise gives to such averages, if that is more.
 REST_DPS, WHITER = 0.35, 3.0
+COUNT_DPS = 1000 / 32768  # of a gyro in counts, whose unit nobody has stated: a usual range
 PAUSE_S = 3.0  # a shorter rest between two sections with motion is excluded too
 GROW_S, GROW = 0.5, 4.0  # blocks beside motion, and robust standard deviations from which they move
 SHORTEST = 4  # samples of such a block
@@ -48,7 +49,7 @@ STEADY_S = 5.0  # what is longer may be noise that has grown, a line, or a level
 def moving(recording: Recording, sensor: str) -> dict[str, float]:
     """Every column of gyro or accelerometer that moves at all -> its factor to deg/s, or to the
     unit that it has."""
-    units = recordings.TO_DPS if sensor == "gyro" else {"": 1.0}
+    units = recordings.TO_DPS | {"counts": COUNT_DPS} if sensor == "gyro" else {"": 1.0}
     return {
         name: factor
         for name in recording.columns
