@@ -127,6 +127,19 @@ def test_noise_that_no_sensor_at_rest_has_is_motion(lab):
     assert "no value at rest: an angle random walk of " in said
 
 
+def test_a_doubtful_unit_gives_a_moving_gyro_no_floor(lab):
+    rng, count = np.random.default_rng(8), 6000
+    columns = {"t": np.arange(count) / 100.0}
+    for axis in "xyz":
+        turns = np.convolve(rng.standard_normal(count), np.hanning(80), "same")
+        moves = turns * (columns["t"] > 20)
+        columns[f"gyro_{axis}"] = 0.5 * moves + 0.01 * rng.standard_normal(count)
+    done = run("imu", lab_bench.write_csv(lab.work / "moves.csv", columns))
+    assert done.returncode == 1
+    assert "noise between rotor lines" not in done.stdout
+    assert "gyro_x_dps: no value: the unit of the gyro is not known" in done.stdout
+
+
 def test_what_a_value_at_rest_does_not_say_is_said(imu):
     said = run("imu", imu).stdout
     for word in ("Motion: ", "Vibration: ", "Temperature: not recorded", "Filter: none"):

@@ -39,6 +39,8 @@ def of_axis(whole: Recording, column: str, bandwidth: str) -> Axis:
     try:
         start = fitting.start(recording, model)
     except Moving as why:
+        if whole.doubts and not whole.as_recorded:
+            return Axis(column, said=f"no value: {next(iter(whole.doubts.values()))}")
         floor = flown(whole, column, bandwidth) if column.startswith("gyro") else []
         moves = str(why).removeprefix(f"{whole.name}: ").partition(". ")[0]
         return Axis(column, said=f"no value at rest: {moves}", floor=floor)
