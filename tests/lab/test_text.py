@@ -6,6 +6,7 @@ import binascii
 import functools
 import json
 import operator
+import subprocess
 
 import numpy as np
 import pytest
@@ -411,6 +412,34 @@ def test_sentences_of_another_maker_are_named_by_their_user(logs):
     log = logs.file("log.txt", text)
     logs.rejected(log, "log.txt:1: no names", "--names")
     logs.check_gyro(logs.imported(log, "--names", "ms,gx_dps,gy_dps,gz_dps")[1])
+
+
+TAGGED = {  # rows of two sensors; what else to type for those of one
+    "GnssLogger": (
+        "# UncalGyro,utcTimeMillis,elapsedRealtimeNanos,x,y,z\n",
+        lambda n, x, y, z: f"UncalGyro,{n * 10},{n * 10**7},{x},{y},{z}\n",
+        lambda n, x, y, z: f"UncalAccel,{n * 10},{n * 10**7},{x},{y},{z}\n",
+        ["--names", "_,_,t_ns,gyro_x,gyro_y,gyro_z"],
+    ),
+    "a column": (
+        "t;sensor;x;y;z\n",
+        lambda n, x, y, z: f"{n / 100:.2f};gyro dps;{x};{y};{z}\n",
+        lambda n, x, y, z: f"{n / 100:.2f};accel g;{x};{y};{z}\n",
+        [],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", TAGGED)
+def test_rows_of_several_sensors_are_split_as_the_message_says(logs, name):
+    head, gyro, accel, names = TAGGED[name]
+    both = zip(range(COUNT), GYRO.tolist(), FORCE.tolist())
+    text = "".join(gyro(n, *rate) + accel(n, *force) for n, rate, force in both)
+    log = logs.file("my log.txt", head + text)
+    logs.rejected(log, "rows of several sensors", "Type awk")
+    command, _, new = logs.said(log).split("Type ")[1].strip().rpartition(", and use ")
+    subprocess.run(command, shell=True, cwd=logs.work, check=True)
+    logs.check_gyro(logs.imported(logs.work / new, *names, "--unit", RAW)[1])
 
 
 THOUSANDS = "".join(f"{n};{n % 7},{n % 1000:03d}\n" if n % 7 else f"{n};{n}\n" for n in range(300))
