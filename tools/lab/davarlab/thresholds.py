@@ -863,6 +863,60 @@ class Fit:
     )
 
 
+@dataclass(frozen=True)
+class Signals:
+    """Operations on sampled signals that every room shares (data/signals.py)."""
+
+    foretold_from: int = threshold(
+        16, "samples", "DESIGN 13.3", "before one, from which that one is predicted"
+    )
+    foretold_samples: int = threshold(
+        20_000, "samples", "choice", "of a record that are predicted, evenly spaced"
+    )
+    foretold_within: float = threshold(
+        1e-6,
+        "of the scatter of a record",
+        "DESIGN 13.3",
+        "error of the prediction, below which the record has no noise of a sensor, only digits",
+    )
+    scatter_least: int = threshold(
+        4, "samples", "choice", "of a window or block, at least, whose scatter is measured"
+    )
+    sudden: float = threshold(
+        2.0, "ratio", "choice", "by which the level of a square changes suddenly, within a second"
+    )
+    single_ordinates: int = threshold(
+        80, "ordinates", "DESIGN 1.2", "the first ones, each of which has a bin of its own"
+    )
+    bin_ratio: float = threshold(1.04, "ratio", "DESIGN 1.2", "by which edges of bins grow")
+    top_ratio: float = threshold(
+        1.08,
+        "ratio",
+        "DESIGN 1.2",
+        "by which the distance of an edge from half the sample rate shrinks: a digital filter may "
+        "have a zero there",
+    )
+    top_nearest: int = threshold(
+        512, "parts of the spectrum", "choice", "the edge nearest to its end: one of these parts"
+    )
+    edges_even: tuple[float, float, float] = threshold(
+        (0.25, 4.0, 0.5),
+        "half widths: first, end, step",
+        "DESIGN 1.3",
+        "of the edges close to a line",
+    )
+    edges_ratio: float = threshold(
+        1.2, "ratio", "DESIGN 1.3", "of neighbouring edges, from the end of edges_even on"
+    )
+    edges_grown: int = threshold(20, "edges", "choice", "beyond edges_even, on each side of a line")
+    copy: float = threshold(
+        0.9,
+        "|r|",
+        "DESIGN 4",
+        "of the changes from sample to sample, above which a column is a copy of another",
+    )
+
+
 CHANCE = Chance()
 JUDGE = Judge()
 READING = Reading()
@@ -880,6 +934,7 @@ CAUSE = Cause()
 DOUBT = Doubt()
 CHANGE = Change()
 FIT = Fit()
+SIGNALS = Signals()
 TABLE = {
     "CHANCE": CHANCE,
     "JUDGE": JUDGE,
@@ -898,4 +953,5 @@ TABLE = {
     "DOUBT": DOUBT,
     "CHANGE": CHANGE,
     "FIT": FIT,
+    "SIGNALS": SIGNALS,
 }

@@ -7,32 +7,19 @@ from scipy import fft, ndimage
 
 from .. import arrays
 from ..arrays import Complexes, Floats, Ints
+from ..thresholds import SIGNALS
 
-MEMORY, ASKED = 16, 20_000  # samples before one, and how many are asked, whether they foretell it
-ROUNDING = 1e-6  # of the scatter of a record: below are no noise of a sensor, only digits
-SHORTEST = 4  # samples of a window whose scatter is asked
-SUDDEN = 2.0
-SINGLE_ORDINATES = 80
 PIECE = 1 << 18  # samples that are worked out together where whole records would fill the memory
 WAVE_PIECE = 1024  # samples of a sine that are worked out from one angle
-BIN_RATIO = 1.04
-TOP_RATIO = 1.08  # towards half the sample rate, where a digital filter may have a zero
-TOP_NEAREST = 512
-# Edges about a line, in half widths.
-BAND_STEPS = np.concatenate([np.arange(0.25, 4, 0.5), 4 * 1.2 ** np.arange(20)])
-
-
-# Correlation of the sample-to-sample changes from which a column is another one in other words.
-COPY = 0.9
 
 
 def foretold(x: Floats) -> bool:
     """Does each sample follow from those before it, but for the rounding of the numbers: a counter,
     a pure sine, a pattern that repeats."""
-    rows = np.lib.stride_tricks.sliding_window_view(x - x.mean(), MEMORY + 1)
-    rows = rows[:: max(1, len(rows) // ASKED)]
+    rows = np.lib.stride_tricks.sliding_window_view(x - x.mean(), SIGNALS.foretold_from + 1)
+    rows = rows[:: max(1, len(rows) // SIGNALS.foretold_samples)]
     best = np.linalg.lstsq(rows[:, :-1], rows[:, -1], rcond=None)[0]
-    return bool(np.std(rows[:, -1] - rows[:, :-1] @ best) < ROUNDING * np.std(x))
+    return bool(np.std(rows[:, -1] - rows[:, :-1] @ best) < SIGNALS.foretold_within * np.std(x))
 
 
 def forget_plans(samples: int, kind: Callable[[Floats], Floats] = fft.rfft) -> None:
@@ -101,24 +88,38 @@ def frequencies(samples: int, rate_hz: float, first: int = 0, end: int | None = 
     return np.arange(first + 1, samples if end is None else end + 1) * rate_hz / (2 * samples)
 
 
+def line_edges() -> Floats:
+    """Distances of the edges of bins from a line, on one side of it, in half widths."""
+    first, end, step = SIGNALS.edges_even
+    found: Floats = np.concatenate(
+        [
+            np.arange(first, end, step),
+            end * SIGNALS.edges_ratio ** np.arange(SIGNALS.edges_grown),
+        ]
+    )
+    return found
+
+
 def bin_edges(ordinates: int, bands: Iterable[tuple[float, float]] = ()) -> Ints:
     """Starts of the bins and the end: single ordinates first, then a geometric series, and one
     towards the end; about each of the bands (centre, half width in ordinates) half a half width,
     growing away from it."""
-    first = min(SINGLE_ORDINATES, ordinates)
-    count = int(np.log(ordinates / first) / np.log(BIN_RATIO)) + 2
+    first = min(SIGNALS.single_ordinates, ordinates)
+    count = int(np.log(ordinates / first) / np.log(SIGNALS.bin_ratio)) + 2
     grown = np.round(np.geomspace(first, ordinates, count)).astype(int)
-    nearest = max(first, ordinates // TOP_NEAREST)
+    nearest = max(first, ordinates // SIGNALS.top_nearest)
     top = (
         np.round(
             nearest
-            * TOP_RATIO ** np.arange(int(np.log(ordinates / nearest / 2) / np.log(TOP_RATIO)))
+            * SIGNALS.top_ratio
+            ** np.arange(int(np.log(ordinates / nearest / 2) / np.log(SIGNALS.top_ratio)))
         )
         if 2 * nearest < ordinates
         else []
     )
+    beside = line_edges()
     fine = [
-        np.round(centre + np.concatenate([-BAND_STEPS, BAND_STEPS]) * width).astype(int)
+        np.round(centre + np.concatenate([-beside, beside]) * width).astype(int)
         for centre, width in bands
     ]
     edges = np.unique(
@@ -169,11 +170,13 @@ def high_passed(x: Floats, window: int) -> Floats:
 
 
 def sudden_changes(square: Floats, second: int) -> Ints:
-    """Where the level of a square changes within a second by more than a factor of SUDDEN: the
+    """Where the level of a square changes within a second by more than a factor of `sudden`: the
     first samples after. Levels are running medians over ten seconds, which keep edges."""
     level = np.log(np.maximum(ndimage.median_filter(square, 10 * second, mode="nearest"), 1e-30))
     change = np.abs(level[second:] - level[:-second])
-    peak = (change > np.log(SUDDEN)) & (change == ndimage.maximum_filter1d(change, 4 * second + 1))
+    peak = (change > np.log(SIGNALS.sudden)) & (
+        change == ndimage.maximum_filter1d(change, 4 * second + 1)
+    )
     return np.unique(
         [likely_change(square, place + second // 2, 2 * second) for place in np.flatnonzero(peak)]
     ).astype(int)
@@ -210,7 +213,7 @@ def mean_square_between(x: Floats, second: int, window: int) -> Floats:
 def local_mean_square(x: Floats, window: int) -> Floats:
     """Of what moves faster than the window, per sample; the mean that is taken off counts as one of
     its degrees of freedom. At a slow rate the window is as short as still shows a scatter."""
-    window = max(window, SHORTEST)
+    window = max(window, SIGNALS.scatter_least)
     found: Floats = (
         ndimage.uniform_filter1d(high_passed(x, window) ** 2, window, mode="nearest")
         * window

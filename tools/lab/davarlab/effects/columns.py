@@ -9,6 +9,7 @@ import scipy
 from ..arrays import Bools, Floats
 from ..data import signals
 from ..data.recording import Recording
+from ..thresholds import SIGNALS
 from . import limits
 from .base import INFINITE, Effect, Parameter, Values, one_name
 from .means import COURSE_LEAST, knots, turns_of
@@ -186,7 +187,7 @@ def may_follow(recording: Recording, gyro: str | None = None) -> list[str]:
     return [
         name
         for name in found
-        if not abs(signals.correlation(own, np.diff(recording.columns[name]))) > signals.COPY
+        if not abs(signals.correlation(own, np.diff(recording.columns[name]))) > SIGNALS.copy
     ]
 
 

@@ -9,6 +9,7 @@ from ..arrays import Floats
 from ..data import signals
 from ..data.recording import Recording
 from ..errors import BadInput
+from ..thresholds import SIGNALS
 from . import limits
 from .base import INFINITE, Effect, Parameter, Values, one_name
 
@@ -108,7 +109,7 @@ def sudden_vibration_square(recording: Recording, shape: Values) -> Floats:
     return signals.mean_square_between(
         acceleration(recording, shape),
         max(2, int(recording.rate_hz)),
-        max(signals.SHORTEST, int(60 * recording.rate_hz)),
+        max(SIGNALS.scatter_least, int(60 * recording.rate_hz)),
     )
 
 
