@@ -917,6 +917,123 @@ class Signals:
     )
 
 
+@dataclass(frozen=True)
+class Motion:
+    """True rotation in a record of a sensor that should be at rest (data/motion.py)."""
+
+    piece_samples: int = threshold(
+        1_000_000,
+        "samples",
+        "choice",
+        "in a piece of a long record: each piece has a level at rest of its own",
+    )
+    rest_samples: int = threshold(
+        500, "samples", "choice", "below which neither motion nor outliers are sought"
+    )
+    smooth_s: float = threshold(0.25, "s", "DESIGN 13.1", "over which rates are averaged")
+    span_s: float = threshold(
+        2.0, "s", "DESIGN 13.1", "over which the spread of averaged rates is measured"
+    )
+    rest_dps: float = threshold(
+        0.35, "deg/s", "DESIGN 13.1", "spread of averaged rates at rest, at most"
+    )
+    count_dps: float = threshold(
+        1000 / 32768,
+        "deg/s",
+        "choice",
+        "size of a count of a gyro in counts, whose unit nobody has stated: a usual range",
+    )
+    rest_white: float = threshold(
+        3.0,
+        "times the white noise",
+        "DESIGN 13.1",
+        "of averaged rates: their spread at rest, at most, where that is above rest_dps",
+    )
+    turn: float = threshold(
+        6.0,
+        "times the level at rest",
+        "DESIGN 13.1",
+        "of the spread of averaged rates, above which it may be a turn",
+    )
+    slow_growth: float = threshold(
+        5.0,
+        "times",
+        "DESIGN 13.1",
+        "that the spread of a turn must have grown more than the differences of single samples "
+        "(at random, up to 3.5)",
+    )
+    violent: float = threshold(
+        50.0,
+        "times the level at rest",
+        "DESIGN 13.1",
+        "of the spread of averaged rates, which no noise of a sensor reaches",
+    )
+    ring_s: float = threshold(
+        1.2, "s", "choice", "by which a turn is widened, half of it on each side"
+    )
+    short_s: float = threshold(
+        0.5,
+        "s",
+        "DESIGN 13.1",
+        "up to which a turn may be a shock of the sensor, unless the accelerometer registered it",
+    )
+    energy_blocks: tuple[int, ...] = threshold(
+        (16, 64, 256, 1024), "samples", "DESIGN 13.1", "of a block whose energy is tested"
+    )
+    energy_block_s: float = threshold(
+        8.0, "s", "DESIGN 13.1", "that the longest block lasts: longer ones are added until then"
+    )
+    median_blocks: int = threshold(
+        9, "blocks", "DESIGN 13.1", "of the running median that the energy of a block is over"
+    )
+    loud_score: float = threshold(
+        6.5,
+        "robust standard deviations",
+        "DESIGN 13.1",
+        "of the cube root of a block's energy over the running median, above which it is loud",
+    )
+    loud_ratio: float = threshold(
+        1.25,
+        "ratio of energies",
+        "DESIGN 13.1",
+        "above which a block is louder than the running median, or a touch than its sides",
+    )
+    witness: float = threshold(
+        12.0,
+        "over the square root of the samples of a touch",
+        "DESIGN 13.1",
+        "by which the accelerometer must be louder than next to the touch, to confirm it",
+    )
+    touch_rounds: int = threshold(
+        4, "rounds", "DESIGN 13.1", "of touches, each without the motion found before"
+    )
+    steady_s: float = threshold(
+        5.0, "s", "DESIGN 13.1", "above which a loud section may be noise that has grown"
+    )
+    pause_s: float = threshold(
+        3.0, "s", "DESIGN 13.1", "of rest between two motions, below which it is excluded too"
+    )
+    grow_s: float = threshold(
+        0.5, "s", "DESIGN 13.1", "length of the blocks next to motion that may belong to it"
+    )
+    grow: float = threshold(
+        4.0,
+        "robust standard deviations",
+        "DESIGN 13.1",
+        "above rest, from which a block next to motion belongs to it",
+    )
+    tilt_s: float = threshold(10.0, "s", "DESIGN 13.2", "over which gravity is averaged")
+    tilt: float = threshold(
+        7.0, "robust standard deviations", "DESIGN 13.2", "of all axes, from which gravity moved"
+    )
+    tilt_blocks: int = threshold(
+        9,
+        "means of gravity",
+        "DESIGN 13.2",
+        "on each side of a slow tilt that the gyro must follow",
+    )
+
+
 CHANCE = Chance()
 JUDGE = Judge()
 READING = Reading()
@@ -935,6 +1052,7 @@ DOUBT = Doubt()
 CHANGE = Change()
 FIT = Fit()
 SIGNALS = Signals()
+MOTION = Motion()
 TABLE = {
     "CHANCE": CHANCE,
     "JUDGE": JUDGE,
@@ -954,4 +1072,5 @@ TABLE = {
     "CHANGE": CHANGE,
     "FIT": FIT,
     "SIGNALS": SIGNALS,
+    "MOTION": MOTION,
 }

@@ -9,47 +9,19 @@ from scipy import ndimage
 
 from ..arrays import Bools, Floats, Ints
 from ..distributions import chi2_isf
+from ..thresholds import MOTION, SIGNALS
 from . import events, signals
 from . import recording as recordings
 from .recording import Recording
 
 # Spread of rates averaged over a quarter of a second, and of samples about their mean, at rest.
 Level = tuple[float, float]
-BLOCKS = (16, 64, 256, 1024)  # samples; at higher rates also longer ones, up to BLOCKS_S
-BLOCKS_S = 8.0
-MEDIAN_BLOCKS = 9
-# Robust standard deviations, and times the running median, from which a block is loud.
-SCORE, RATIO = 6.5, 1.25
-# Over the square root of a block's samples: by so much the accelerometer must be louder than usual
-# to bear the gyro out.
-WITNESS = 12.0
-PIECE = 1_000_000  # samples that are asked at once
-MINIMUM = 500  # samples that a level at rest takes
-ROUNDS = 4
-TURN = 6.0  # times the level at rest, of rates averaged over SMOOTH_S
-VIOLENT = 50.0  # times that level, which no noise of a sensor reaches
-SMOOTH_S, SPAN_S, RING_S = 0.25, 2.0, 1.2
-# By as much more than differences of samples must slow rates have grown, or noise has (by chance up
-# to 3.5).
-SLOW = 5.0
-SHORT_S = 0.5  # what is shorter may be a shock of the sensor, unless the accelerometer saw it
-# Over which gravity is averaged; robust standard deviations, all axes, from which it has moved.
-TILT_S, TILT = 10.0, 7.0
-TILT_BLOCKS = 9  # before and after, that the course of a tilt is compared in
-# Largest spread at rest of rates averaged over a quarter of a second, in deg/s, or WHITER times
-# what the white noise gives to such averages, if that is more.
-REST_DPS, WHITER = 0.35, 3.0
-COUNT_DPS = 1000 / 32768  # of a gyro in counts, whose unit nobody has stated: a usual range
-PAUSE_S = 3.0  # a shorter rest between two sections with motion is excluded too
-GROW_S, GROW = 0.5, 4.0  # blocks beside motion, and robust standard deviations from which they move
-SHORTEST = 4  # samples of such a block
-STEADY_S = 5.0  # what is longer may be noise that has grown, a line, or a level
 
 
 def moving(recording: Recording, sensor: str) -> dict[str, float]:
     """Every column of gyro or accelerometer that moves at all -> its factor to deg/s, or to the
     unit that it has."""
-    units = recordings.TO_DPS | {"counts": COUNT_DPS} if sensor == "gyro" else {"": 1.0}
+    units = recordings.TO_DPS | {"counts": MOTION.count_dps} if sensor == "gyro" else {"": 1.0}
     return {
         name: factor
         for name in recording.columns
@@ -96,7 +68,10 @@ def slow_and_fast(y: Floats, good: Bools, rate_hz: float) -> tuple[Floats, Float
     """Spread of rates averaged over a quarter of a second, size of the differences of samples, and
     whether all of it was measured; per block of a quarter of a second, from two seconds around
     it."""
-    length, span = max(1, int(SMOOTH_S * rate_hz)), max(8, int(SPAN_S / SMOOTH_S))
+    length, span = (
+        max(1, int(MOTION.smooth_s * rate_hz)),
+        max(8, int(MOTION.span_s / MOTION.smooth_s)),
+    )
     y = recordings.filled(y[good], good) - np.median(y[good])
     count = averaged(good.astype(float), length)
     mean = averaged(np.where(good, y, 0), length) / np.maximum(count, 1e-9)
@@ -117,7 +92,7 @@ def white_in_means(y: Floats, good: Bools, length: int) -> float:
 
 def slow_level(slow: Floats, whole: Bools, share: float, white: float) -> float:
     """The quantile of the slow spread; no more than a sensor at rest has, where all of it moves."""
-    return min(low_level(slow, whole, share), max(REST_DPS, WHITER * white))
+    return min(low_level(slow, whole, share), max(MOTION.rest_dps, MOTION.rest_white * white))
 
 
 def low_level(x: Floats, whole: Bools, share: float) -> float:
@@ -130,12 +105,12 @@ def turning(y: Floats, good: Bools, rate_hz: float) -> Bools:
     """Where rates averaged over a quarter of a second have grown by far more than differences of
     single samples have."""
     slow, fast, whole = slow_and_fast(y, good, rate_hz)
-    white = white_in_means(y, good, max(1, int(SMOOTH_S * rate_hz)))
+    white = white_in_means(y, good, max(1, int(MOTION.smooth_s * rate_hz)))
     grown = slow / slow_level(slow, whole, 0.1, white)
     noise = fast / low_level(fast, whole, 0.1)
     return expanded(
-        (grown > TURN) & ((grown > SLOW * noise) | (grown > VIOLENT)),
-        max(1, int(SMOOTH_S * rate_hz)),
+        (grown > MOTION.turn) & ((grown > MOTION.slow_growth * noise) | (grown > MOTION.violent)),
+        max(1, int(MOTION.smooth_s * rate_hz)),
         len(y),
     )
 
@@ -179,20 +154,22 @@ def loud(energy: Floats, good: Bools, length: int) -> Bools:
         if np.any(count > 0.5)
         else np.ones_like(mean)
     )
-    usual = np.maximum(ndimage.median_filter(mean, MEDIAN_BLOCKS, mode="nearest"), 1e-12)
+    usual = np.maximum(ndimage.median_filter(mean, MOTION.median_blocks, mode="nearest"), 1e-12)
     ratio = mean / usual
     normal = np.cbrt(ratio)
     sd = 1.4826 * np.median(np.abs(normal - np.median(normal)))
     found: Bools = (
-        (normal - np.median(normal) > SCORE * max(sd, 1e-9)) & (ratio > RATIO) & (count > 0.5)
+        (normal - np.median(normal) > MOTION.loud_score * max(sd, 1e-9))
+        & (ratio > MOTION.loud_ratio)
+        & (count > 0.5)
     )
     return found
 
 
 def block_lengths(rate_hz: float) -> list[int]:
-    """BLOCKS, and longer ones until one lasts BLOCKS_S."""
-    lengths = list(BLOCKS)
-    while lengths[-1] < BLOCKS_S * rate_hz:
+    """energy_blocks, and longer ones until one lasts energy_block_s."""
+    lengths = list(MOTION.energy_blocks)
+    while lengths[-1] < MOTION.energy_block_s * rate_hz:
         lengths.append(4 * lengths[-1])
     return lengths
 
@@ -201,7 +178,7 @@ def loud_anywhere(energy: Floats, good: Bools, rate_hz: float) -> Bools:
     """From short blocks to long ones, which are asked about what is left."""
     found = np.zeros(len(energy), bool)
     for length in block_lengths(rate_hz):
-        if len(energy) >= 2 * MEDIAN_BLOCKS * length:
+        if len(energy) >= 2 * MOTION.median_blocks * length:
             seen = good & ~widened(found, 16)
             found |= expanded(loud(np.where(seen, energy, 0), seen, length), length, len(energy))
     return found
@@ -232,7 +209,7 @@ def passing(energy: Floats, seen: Bools, quiet: Bools, first: int, end: int) -> 
     sides = [energy[places] for places in beside(quiet, first, end)]
     inside = energy[first:end][seen[first:end]]
     return not len(inside) or all(
-        inside.mean() > RATIO * side.mean() for side in sides if len(side) >= 64
+        inside.mean() > MOTION.loud_ratio * side.mean() for side in sides if len(side) >= 64
     )
 
 
@@ -281,8 +258,8 @@ def levels_at_rest(y: Floats, good: Bools, rate_hz: float) -> Level:
     mean over a second, at rest."""
     slow, _, whole = slow_and_fast(y, good, rate_hz)
     y = recordings.filled(y[good], good)
-    fast = averaged(spread(y, max(4, int(rate_hz))), max(1, int(SMOOTH_S * rate_hz)))
-    white = white_in_means(y, np.ones(len(y), bool), max(1, int(SMOOTH_S * rate_hz)))
+    fast = averaged(spread(y, max(4, int(rate_hz))), max(1, int(MOTION.smooth_s * rate_hz)))
+    white = white_in_means(y, np.ones(len(y), bool), max(1, int(MOTION.smooth_s * rate_hz)))
     return slow_level(slow, whole, 0.3, white), low_level(fast, whole, 0.3)
 
 
@@ -291,15 +268,17 @@ def explained(
 ) -> bool:
     """Does a level, a step, a line, or what the gyro feels of acceleration leave nothing loud of a
     stretch."""
-    length, second = max(1, int(SMOOTH_S * rate_hz)), max(4, int(rate_hz))
+    length, second = max(1, int(MOTION.smooth_s * rate_hz)), max(4, int(rate_hz))
     margin = max(64, (end - first) // 2)
     low, high = max(0, first - margin), min(len(y), end + margin)
     less = without_courses(y[low:high], courses(accels, low, high, rate_hz))
     for rest in (less, without_lines(less)):
-        slow = spread(averaged(rest, length), max(8, int(SPAN_S / SMOOTH_S))).max(initial=0)
+        slow = spread(averaged(rest, length), max(8, int(MOTION.span_s / MOTION.smooth_s))).max(
+            initial=0
+        )
         fast = np.sqrt(np.mean(spread(rest, second)[first - low : end - low] ** 2))
         if (
-            slow < 0.75 * TURN * levels[0]
+            slow < 0.75 * MOTION.turn * levels[0]
             and fast < (1.12 + 3 / np.sqrt(2 * (end - first))) * levels[1]
         ):
             return True
@@ -316,12 +295,14 @@ def turns(
     """Where the sensor was turned: the rate says so by itself."""
     found = np.zeros(len(good), bool)
     for y, level in zip(rates, levels):
-        for first, end in stretches(widened(turning(y, good, rate_hz), RING_S * rate_hz / 2)):
-            if end - first > SHORT_S * rate_hz and not explained(
+        for first, end in stretches(
+            widened(turning(y, good, rate_hz), MOTION.ring_s * rate_hz / 2)
+        ):
+            if end - first > MOTION.short_s * rate_hz and not explained(
                 y, level, accels, first, end, rate_hz
             ):
                 found[first:end] = True
-    return widened(found, RING_S * rate_hz / 2)
+    return widened(found, MOTION.ring_s * rate_hz / 2)
 
 
 def touches(
@@ -346,14 +327,14 @@ def touches(
     found = widened(wild, 2) & witness[1]
     # What these leave in the whitened record is tested when they, and how they fade, are out.
     if found.any():
-        return widened(found, SMOOTH_S * rate_hz)
+        return widened(found, MOTION.smooth_s * rate_hz)
     near = widened(heard, rate_hz / 2)
     for first, end in stretches(near):
         if not any(
             borne_out(felt, good, good & ~near, first, end) for felt in witness[0]
         ) or not passing(energy, seen, seen & ~near, first, end):
             continue
-        if end - first > STEADY_S * rate_hz and all(steady(w, first, end) for w in ws):
+        if end - first > MOTION.steady_s * rate_hz and all(steady(w, first, end) for w in ws):
             continue
         if not all(
             explained(y, level, accels, first, end, rate_hz) for y, level in zip(rates, levels)
@@ -386,8 +367,8 @@ def borne_out(energy: Floats, good: Bools, quiet: Bools, first: int, end: int) -
         ndimage.uniform_filter1d(inside, 16, mode="constant").max(),
     )
     found: bool = (
-        inside.mean() > (1 + WITNESS / np.sqrt(len(inside))) * usual
-        or peak > (1 + WITNESS / 4) * usual
+        inside.mean() > (1 + MOTION.witness / np.sqrt(len(inside))) * usual
+        or peak > (1 + MOTION.witness / 4) * usual
     )
     return found
 
@@ -395,7 +376,7 @@ def borne_out(energy: Floats, good: Bools, quiet: Bools, first: int, end: int) -
 def find(recording: Recording, good: Bools) -> Bools:
     """True where the recording holds motion. A long recording is processed in pieces."""
     sensors = [moving(recording, sensor) for sensor in ("gyro", "accel")]
-    marks = np.linspace(0, len(good), max(1, len(good) // PIECE) + 1).astype(int)
+    marks = np.linspace(0, len(good), max(1, len(good) // MOTION.piece_samples) + 1).astype(int)
 
     def piece(first: int, end: int) -> Bools:
         rates, accels = (
@@ -414,20 +395,20 @@ def between(
     rates: Sequence[Floats], accels: Sequence[Floats], good: Bools, rate_hz: float
 ) -> Bools:
     moved: Bools = np.zeros(len(good), bool)
-    if good.sum() < MINIMUM or not rates or len(good) < SPAN_S * rate_hz:
+    if good.sum() < MOTION.rest_samples or not rates or len(good) < MOTION.span_s * rate_hz:
         return moved
     levels = [levels_at_rest(y, good, rate_hz) for y in rates]
     moved = turns(rates, levels, accels, good, rate_hz)
-    for _ in range(ROUNDS):
+    for _ in range(MOTION.touch_rounds):
         still = good & ~moved
-        if still.sum() < MINIMUM:
+        if still.sum() < MOTION.rest_samples:
             break
         more = touches(rates, levels, accels, still, rate_hz) & ~moved
         if not more.any():
             break
         moved |= more
-    moved = ~holes_kept(~moved, PAUSE_S * rate_hz)
-    moved = ~holes_kept(~grown_to(rates, accels, moved, good, rate_hz), PAUSE_S * rate_hz)
+    moved = ~holes_kept(~moved, MOTION.pause_s * rate_hz)
+    moved = ~holes_kept(~grown_to(rates, accels, moved, good, rate_hz), MOTION.pause_s * rate_hz)
     return moved | tilts(rates, accels, good & ~moved, rate_hz)
 
 
@@ -436,13 +417,13 @@ def grown_to(
 ) -> Bools:
     """The motion with the loud blocks beside it, one after the other: how a touch begins and
     fades. Noise that stays grown is not part of it."""
-    still, length = good & ~moved, int(GROW_S * rate_hz)
-    if length < SHORTEST or not moved.any() or still.sum() < MINIMUM:
+    still, length = good & ~moved, int(MOTION.grow_s * rate_hz)
+    if length < SIGNALS.scatter_least or not moved.any() or still.sum() < MOTION.rest_samples:
         return moved
     count = averaged(still.astype(float), length)
     known = count > 0.5
     found = moved.copy()
-    if np.count_nonzero(known) < MEDIAN_BLOCKS:
+    if np.count_nonzero(known) < MOTION.median_blocks:
         return moved
     near = widened(moved, length)  # a block with the edge of the motion in it may lie between
     for x in (*rates, *accels):
@@ -450,9 +431,9 @@ def grown_to(
         scale = np.cbrt(averaged(w**2, length) / np.maximum(count, 1e-9))
         usual = np.median(scale[known])
         sd = 1.4826 * np.median(np.abs(scale[known] - usual))
-        louder = expanded(known & (scale > usual + GROW * sd), length, len(good)) & still
+        louder = expanded(known & (scale > usual + MOTION.grow * sd), length, len(good)) & still
         for first, end in stretches(louder):
-            lasting = end - first > max(64, STEADY_S * rate_hz) and steady(w, first, end)
+            lasting = end - first > max(64, MOTION.steady_s * rate_hz) and steady(w, first, end)
             found[first:end] |= near[first:end].any() and not lasting
     return found
 
@@ -461,7 +442,7 @@ def tilts(rates: Sequence[Floats], accels: Sequence[Floats], good: Bools, rate_h
     """Where gravity's direction changed and the gyro turned meanwhile, quickly or slowly; all of a
     stretch between two tilts that undo each other."""
     found = np.zeros(len(good), bool)
-    length = int(TILT_S * rate_hz)
+    length = int(MOTION.tilt_s * rate_hz)
     if not accels or not rates or length < 16 or len(good) < 30 * length:
         return found
     count = averaged(good.astype(float), length)
@@ -474,7 +455,9 @@ def tilts(rates: Sequence[Floats], accels: Sequence[Floats], good: Bools, rate_h
         ndimage.uniform_filter1d(whole.astype(float), 7)[1:-1] > 0.99
     )  # not beside what was cut
     edges = [
-        i for i in np.flatnonzero(apart > TILT) if apart[i] == apart[max(0, i - 3) : i + 4].max()
+        i
+        for i in np.flatnonzero(apart > MOTION.tilt)
+        if apart[i] == apart[max(0, i - 3) : i + 4].max()
     ]
     back = rate[:, 1:-1] - (rate[:, 2:] + rate[:, :-2]) / 2
     limit = chi2_isf(0.5e-3 / max(len(edges), 1), len(rates))
@@ -535,7 +518,9 @@ def followed(
     says and by an angle worth the tilt; none where it did not. What the gyro feels of gravity
     itself, its level and its slope are no turn. `rate` in units of its scatter, `unit` in
     degrees."""
-    near = np.arange(max(1, centre - TILT_BLOCKS), min(len(whole) - 1, centre + TILT_BLOCKS + 1))
+    near = np.arange(
+        max(1, centre - MOTION.tilt_blocks), min(len(whole) - 1, centre + MOTION.tilt_blocks + 1)
+    )
     near = near[whole[near - 1] & whole[near] & whole[near + 1]]
     way = gravity[:, centre + 1] - gravity[:, centre - 1]
     course = np.degrees(way @ gravity / np.linalg.norm(way))

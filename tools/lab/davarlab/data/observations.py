@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Bools, Floats
+from ..thresholds import MOTION
 from . import counts as counted
 from . import events, motion, plausible, repeats, signals
 from .recording import Recording
@@ -393,7 +394,7 @@ def coarse(recording: Recording, x: Floats, good: Bools) -> Observation | None:
 
 
 def outliers(recording: Recording, x: Floats, good: Bools) -> Observation | None:
-    if good.sum() < motion.MINIMUM:
+    if good.sum() < MOTION.rest_samples:
         return None
     w = motion.whitened(x, good)
     mask, _ = motion.lone(w, good)
