@@ -12,6 +12,7 @@ import tomllib
 import zipfile
 from concurrent.futures import ThreadPoolExecutor
 
+import numpy as np
 import pytest
 from davarlab.workbench import server
 from planner import programs
@@ -27,6 +28,7 @@ from recordings_made import (
     two_axes,
     written,
 )
+from scipy import signal
 from visiting import planned, run, told
 
 RAMP = effect("rate_ramp", coefficient_deg_per_h2=2000.0)
@@ -82,6 +84,28 @@ def test_a_step_is_what_a_terminal_prints(folder, opened):
     compared = told("compare", recording, "-m", model_file(folder, bench.saved()))
     assert step["error"] == close(compared["error"], 1e-9)
     assert step["adequacy"] == compared["adequacy"]
+
+
+def test_what_diagnose_doubts_is_no_next_step(folder, opened):
+    """Two gyros with a common cause: neither follows the other."""
+    rng = np.random.default_rng(4)
+    walk = signal.lfilter([1], [1, -0.999], rng.normal(size=20000)).tolist()
+    recording = noise(
+        folder / "two.csv",
+        "time_s,gyro_x_dps,gyro_z_dps",
+        *[lambda i: 0.001 * walk[i]] * 2,
+        rows=20000,
+        sigma=0.02,
+    )
+    bench = opened(recording)
+    found = bench.ask("candidates")["candidates"]
+    (doubted,) = [one for one in found if one["kind"] == "follows" and one["beyond_chance"]]
+    assert "common cause" in doubted["doubt"]
+    first = next(one for one in found if not one["doubt"])
+    model = model_file(folder, bench.saved())
+    diagnosed = told("diagnose", recording, "-m", model)
+    assert diagnosed["doubtful"]["follows"].endswith(doubted["doubt"])
+    assert first["kind"] in [*diagnosed["missing"], *diagnosed["useless"]]
 
 
 @pytest.mark.slow

@@ -80,6 +80,15 @@ def significant(found: Sequence[Candidate]) -> bool:
     return bool(found) and found[0].log_p + np.log(len(table.TABLE)) < np.log(CHANCE.family_wise)
 
 
+def doubt(state: State, candidate: Candidate) -> str:
+    """Why a candidate is not what it seems; "": it is."""
+    return (
+        candidate.doubt
+        or doubts.doubt(state.bench, state.seen, state.parts, candidate)
+        or doubts.of_image(state.bench, state.known, state.parts, candidate.part)
+    )
+
+
 def retold(state: State, given: int) -> State:
     """Gauss-Markov that was taken while another course hid its levels: now that the course is
     known, is it telegraph noise? Once per kind of course: each test costs as much as a step."""
@@ -204,9 +213,7 @@ class Search:
     def checked(self, candidate: Candidate) -> tuple["Search", bool]:
         """(the search, is the candidate what it seems); if not, it is put aside and why is kept."""
         part = candidate.part
-        state = self.state
-        why = candidate.doubt or doubts.doubt(state.bench, state.seen, state.parts, candidate)
-        why = why or doubts.of_image(state.bench, state.known, state.parts, part)
+        why = doubt(self.state, candidate)
         if not why:
             return self, True
         aside = candidates.LORENTZIAN if candidate.doubt else ()

@@ -337,14 +337,18 @@ class Dataset:
         partly: Trying = lambda kind, found: None,
         between: Callable[[], None] = lambda: None,
     ) -> list[Candidate]:
-        """Candidates beside the fitted model, best first, as `davarlab diagnose` ranks them;
+        """Candidates beside the fitted model, best first, as `davarlab diagnose` ranks and doubts them;
         `partly` hears what was found so far; `between` is called before each fit; both may
         raise."""
         outcome = self.outcome_of(text, True, progress)
         if outcome.ranked is None:
             fitted = outcome.fitted
             asking = replace(fitted, bench=fitted.bench.asking(between))
-            outcome.ranked = search.ranking(asking, progress=partly)
+            found = search.ranking(asking, progress=partly)
+            for one in found:
+                if search.significant([one]):
+                    one.doubt = search.doubt(asking, one)
+            outcome.ranked = found
         return outcome.ranked
 
     def line_at(self, text: str, f_hz: float, wide: bool) -> Candidate:

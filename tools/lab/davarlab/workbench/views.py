@@ -203,18 +203,19 @@ def ranking(outcome: Outcome, recording: Recording, ranked: Sequence[Candidate])
     model that does not fit."""
     found = {"candidates": candidates(ranked), "nothing": [], "unknown": None, "against": []}
     contradicting = evidence.contradicting(ranked)
+    sound = [one for one in ranked if not one.doubt]
     if outcome.state.judgement.adequate and contradicting:
         return found | {
             "lacks": verdict.lacks(contradicting),
             "against": [one.kind for one in contradicting],
             "said": verdict.contradicted(contradicting),
         }
-    if search.significant(ranked):
+    if search.significant(sound):
         return found
     left = unexplained.unexplained_by(
         compare.of_state(outcome.fitted, outcome.model.column),
         recording,
-        unexplained.Tried(ranked),
+        unexplained.Tried(sound, doubtful={one.kind: one.doubt for one in ranked if one.doubt}),
     )
     fits = outcome.state.judgement.adequate
     return {
@@ -228,11 +229,12 @@ def ranking(outcome: Outcome, recording: Recording, ranked: Sequence[Candidate])
 def candidates(ranked: Sequence[Candidate]) -> list[Json]:
     """The ranking as a list to choose from; `note`: how to confirm the first one, or how to tell
     another one from it; `leader`: the place of the best one that this recording hardly tells from
-    it, or that is of the same physics."""
-    alike = {one.kind: one.confirm for one in search.close_ones(ranked)}
+    it, or that is of the same physics; `doubt`: why it is not what it seems."""
+    sound = [one for one in ranked if not one.doubt]
+    alike = {one.kind: one.confirm for one in search.close_ones(sound)}
     notes = {}
-    if search.significant(ranked):
-        first = ranked[0].kind
+    if search.significant(sound):
+        first = sound[0].kind
         notes = {**alike, first: f"To confirm: {table.find(first).confirm}"}
     leaders: dict[str, int] = {}
     return [
@@ -249,6 +251,7 @@ def candidates(ranked: Sequence[Candidate]) -> list[Json]:
             "alike": c.kind in alike,
             "note": notes.get(c.kind),
             "why": evidence.why(c, None),
+            "doubt": c.doubt,
             "physics": c.part.effect.physics,
             "confirm": table.find(c.kind).confirm,
         }

@@ -37,8 +37,9 @@ function why() {
 // What speaks against the model. Of one that fits, the effect that it lacks can be added here.
 function against() {
     const { view, answer } = now,
-        kind = answer?.against[0],
-        lacking = kind && answer.candidates.find((one) => one.kind === kind),
+        lacking =
+            answer?.against.length &&
+            answer.candidates.find((one) => answer.against.includes(one.kind) && !one.doubt),
         said = [answer?.lacks, contrary()].filter(Boolean).join("; ");
     if (said)
         return [
@@ -51,7 +52,7 @@ function against() {
                         onclick: () =>
                             acting(`Fitting with ${lacking.title}`, "add", {
                                 place: lacking.place,
-                                kind,
+                                kind: lacking.kind,
                             }),
                     },
                     `Add ${lacking.title}`,

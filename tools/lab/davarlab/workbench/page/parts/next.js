@@ -74,9 +74,9 @@ const key = ({ one, also }) => (also ? `${one.place} ${also.place}` : String(one
 const errorOf = (card) => foreseen.get(key(card))?.error;
 const helps = (card) => errorOf(card) <= HELPS * now.view.error;
 
-// Candidates beyond chance by cards: those of the same physics together, the one with the most evidence in front.
+// Candidates beyond chance that are what they seem, by cards: those of the same physics together, the one with the most evidence in front.
 export function families(found) {
-    const beyond = found.filter((one) => one.beyond_chance),
+    const beyond = found.filter((one) => one.beyond_chance && !one.doubt),
         leaders = [...new Set(beyond.map((one) => one.leader))].map((place) =>
             beyond.find((one) => one.leader === place),
         );
@@ -123,7 +123,7 @@ export const titled = ({ one, others, also }) =>
     );
 
 function pipsOf({ gain }) {
-    const most = Math.max(...now.found.map((one) => one.gain));
+    const most = Math.max(...now.found.map((one) => (one.doubt ? 0 : one.gain)));
     return most - gain < ALIKE ? 4 : most - gain < NEAR ? 3 : gain > NEAR ? 2 : 1;
 }
 
@@ -315,11 +315,14 @@ function line(one) {
     return element(
         "div",
         { class: "row" },
-        element("span", { class: "grow", title: one.why }, capital(one.title)),
+        element("span", { class: "grow", title: one.why }, capital(one.title), doubt(one)),
         element("span", { class: "small", "data-error": one.place }, numbers(card)),
         button(card, "candidate small"),
     );
 }
+
+const doubt = (one) =>
+    one.doubt && element("p", { class: "soft small" }, `Not what it seems: ${one.doubt}.`);
 
 // The error with a candidate, where it is known, and the chance of its gain.
 const numbers = (card) =>
