@@ -4,12 +4,11 @@
 from collections.abc import Iterable, Sequence
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
-from ..arrays import Floats
-from ..data.recording import Recording
+from ..arrays import Floats, Ints
 from ..inference import allan, changes, modulation
 from ..inference.parts import Bench, Part, spectrum_of
-from ..model import Model
 from .state import State
 
 Contribution = tuple[str, Floats, Floats]  # kind, taus in s, deviations in deg/s
@@ -31,13 +30,38 @@ def of_spectrum(
 def of_course(
     bench: Bench, part: Part, coefficients: Iterable[float], taus: Sequence[int]
 ) -> Floats:
-    """A known course: what lib/ measures of it."""
-    course = np.zeros(len(bench.y))
+    """A known course: what lib/ measures of it at the octaves, and the curve of a line, or a smooth
+    one, through that."""
+    course, octaves = np.zeros(len(bench.y)), allan.octaves(len(bench.y) // 2 * 2)
     for key, value, unit in zip(bench.keys(part), coefficients, bench.courses(part)):
         scale = bench.data.scale(key)
         course += value / scale * (unit - unit.mean()) if scale else 0.0
-    measured: Floats = allan.windows(course, len(course) // 2 * 2, taus)[0][0]
-    return measured
+    measured = allan.windows(course, len(course) // 2 * 2, octaves)[0][0]
+    if not part.turning:
+        return smooth(octaves, measured, taus)
+    largest = int(np.argmax(measured))
+    lobes = of_line(part.shape["frequency_hz"] / bench.data.rate_hz, np.array(octaves))
+    size = float(measured[largest] / lobes[largest])
+    return size * of_line(part.shape["frequency_hz"] / bench.data.rate_hz, np.array(taus))
+
+
+def of_line(nu: float, m: Ints) -> Floats:
+    """Of a line of size 1; nu: its frequency over the sample rate. Never quite 0, as a curve over a
+    logarithm."""
+    found: Floats = np.maximum(
+        np.sin(np.pi * nu * m) ** 2 / np.maximum(np.abs(m * np.sin(np.pi * nu)), 1e-30), 1e-15
+    )
+    return found
+
+
+def smooth(octaves: Sequence[int], deviations: Floats, taus: Sequence[int]) -> Floats:
+    """The smooth curve over a logarithmic axis through the deviations at the octaves, without a new
+    extreme between them."""
+    if len(octaves) < 2:
+        return np.full(len(taus), deviations[0])
+    known = np.log(np.maximum(deviations, 1e-30))
+    found: Floats = np.exp(PchipInterpolator(np.log(octaves), known)(np.log(taus)))
+    return found
 
 
 def white_shares(state: State) -> dict[str, float]:
@@ -53,11 +77,11 @@ def white_shares(state: State) -> dict[str, float]:
     }
 
 
-def of_state(state: State, recording: Recording, model: Model) -> list[Contribution]:
+def of_state(state: State) -> list[Contribution]:
     """(kind, taus in s, deviations in deg/s) of every part that has one; a filter has none. Cost:
     one pass of lib/ per known course."""
-    bench, y = state.bench, recording.rate_dps(model.column)
-    taus = allan.octaves(len(y) // 2 * 2)
+    bench, window = state.bench, len(state.bench.y) // 2 * 2
+    octaves, taus = allan.octaves(window), allan.drawn(window)
     sizes, coefficients, found, white = (
         iter(state.fit.sizes),
         iter(state.fit.coefficients),
@@ -73,9 +97,8 @@ def of_state(state: State, recording: Recording, model: Model) -> list[Contribut
         elif part.role == "mean":
             deviation = of_course(bench, part, [next(coefficients) for _ in bench.keys(part)], taus)
         elif part.role == "events":
-            deviation = allan.windows(state.shocks.raw - state.shocks.clean, len(y) // 2 * 2, taus)[
-                0
-            ][0]
+            shocks = allan.windows(state.shocks.raw - state.shocks.clean, window, octaves)[0][0]
+            deviation = smooth(octaves, shocks, taus)
         elif part.kind in shares and white is not None:
             deviation = white * np.sqrt(shares[part.kind])
         if deviation is not None:

@@ -18,6 +18,12 @@ def octaves(window: int) -> list[int]:
     return [2**i for i in range(JUDGE.cluster_octaves) if 9 * 2**i <= window]
 
 
+def drawn(window: int) -> list[int]:
+    """The same range with eight sizes in each octave where there are as many: of a drawn curve."""
+    octave = octaves(window)[-1:] or [0]
+    return sorted({round(2 ** (k / 8)) for k in range(8 * octave[0].bit_length() - 7)})
+
+
 def windows(
     y: Floats, window: int, taus: Sequence[int], known: Bools | None = None
 ) -> tuple[Floats, Floats]:
@@ -111,7 +117,8 @@ def grid() -> tuple[Floats, Floats]:
 def response(m: int) -> Floats:
     """What the Allan variance of m samples takes of each frequency of the grid."""
     middle, width = grid()
-    ripples = np.sin(np.pi * middle * m) ** 4
+    squared = np.sin(np.pi * middle * m) ** 2
+    ripples = squared * squared  # a power of 4 takes three times as long
     ripples[middle * m > 300] = 0.375  # the grid no longer follows the ripples: their mean
     found: Floats = ripples * width * 4 / (np.sin(np.pi * middle) * m) ** 2
     return found

@@ -251,13 +251,13 @@ def drawn(
     recording, last = run.recording, better or given
     compared = {"initial": given} | ({"final": better} if better else {})
     before = curves.deviation(given.cells, [])
-    parts = contributions.of_state(state, recording, run.model) if better else []
+    parts = contributions.of_state(state) if better else []
     found: Json = plain(
         {
             "span_s": recording.samples / recording.rate_hz,
             "unit": given.unit,
             "deviation": curves.deviation(last.cells, parts),
-            "before": {key: before[key] for key in ("tau_s", "model")} if better else None,
+            "before": before["curve"] if better else None,
             "maps": {name: curves.failure_map(one.cells) for name, one in compared.items()},
             "spectra": {
                 f"{name} model": curves.residual(*one.spectrum) for name, one in compared.items()

@@ -21,24 +21,42 @@ BAND = (0.025, 0.975)  # of 95 %
 
 
 def deviation(cells: Sequence[Cell], effects: Iterable[Contribution]) -> Json:
-    """The curve over the whole record: measured, model, its 95 % band, and each effect's own where
-    it has one (8.1)."""
+    """The whole record: measured, with its 95 % interval, and the model, with the 95 % range of a
+    true one; and as curves with eight points an octave, the model and each effect that has one
+    (8.1)."""
     stop = max(cell.stop_s - cell.start_s for cell in cells)
     row = [cell for cell in cells if cell.stop_s - cell.start_s == stop]
-    freedom = np.array([cell.freedom for cell in row])
+    spread = [chi2_ppf(p, np.array([cell.freedom for cell in row])) for p in BAND]
+    low, high = (np.sqrt(of / [cell.freedom for cell in row]) for of in spread)
+    measured = np.array([cell.measured_dps for cell in row])
     model = np.array([cell.model_dps for cell in row])
-    low, high = (model * np.sqrt(chi2_ppf(p, freedom) / freedom) for p in BAND)
-    taus = [cell.tau_s for cell in row]
+    taus, effects = [cell.tau_s for cell in row], list(effects)
     return {
         "tau_s": taus,
-        "measured": [cell.measured_dps for cell in row],
+        "measured": measured.tolist(),
+        "measured_low": (measured / high).tolist(),
+        "measured_high": (measured / low).tolist(),
         "model": model.tolist(),
-        "low": low.tolist(),
-        "high": high.tolist(),
+        "low": (model * low).tolist(),
+        "high": (model * high).tolist(),
         "effects": [
-            {"kind": kind, "deviation": at(taus, own_taus, own)} for kind, own_taus, own in effects
+            {"kind": kind, "deviation": at(taus, own_taus, own), "curve": own.tolist()}
+            for kind, own_taus, own in effects
         ],
+        "curve": curve(taus, model, effects),
     }
+
+
+def curve(taus: Sequence[float], model: Floats, effects: Sequence[Contribution]) -> Json:
+    """The model between its values at `taus`: its effects together, moved onto these values,
+    because effects of known course may also cancel each other."""
+    if not effects:
+        return {"tau_s": list(taus), "model": model.tolist()}
+    fine = effects[0][1]
+    together = np.sqrt(np.sum([own**2 for _, _, own in effects], axis=0))
+    onto = np.log(model / at(taus, fine, together))
+    moved = together * np.exp(np.interp(np.log(fine), np.log(taus), onto))
+    return {"tau_s": fine.tolist(), "model": moved.tolist()}
 
 
 def at(taus: Sequence[float], own_taus: Floats, deviations: Floats) -> list[float]:

@@ -23,7 +23,7 @@ function deviation() {
         { ...one, tau: one.tau_s, cells: maps.at(-1)[1] },
         { range: ranged(one), length: 0, span, unit, label },
     );
-    chart.showBefore(before && { ...before, tau: before.tau_s });
+    chart.showBefore(before && { curve: before });
 }
 
 const LEAST = 0.2; // shown of the residual over the model

@@ -1,6 +1,6 @@
-"""Files that come in by the page: what was dropped on it, the tutorial's recording, and what a
-sensor sent. They are kept with the user's data, because the workbench is often opened in a folder
-under version control."""
+"""Files that come in by the page: what was dropped on it, the simulated recordings of the first
+page, and what a sensor sent. They are kept with the user's data, because the workbench is often
+opened in a folder under version control."""
 
 import contextlib
 import os
@@ -9,13 +9,17 @@ from pathlib import Path
 from typing import BinaryIO
 
 from .. import files, places, simulate
+from .. import model as models
 from ..data import recording as recordings
 from ..diagnosis.state import Progress
 from ..errors import BadInput
+from ..report import words
+from ..report.values import Json
 from .steps import ENDING
 
 TUTORIAL = places.shared("data/tutorial_sensor.toml")
-TUTORIAL_NAME = "tutorial_sensor.csv"
+EXERCISES = {path.stem: path for path in sorted(places.shared("data/exercises").glob("*.toml"))}
+SIMULATED = [f"{name}.csv" for name in (TUTORIAL.stem, *EXERCISES)]
 LIVE_NAME, RAW_NAME = "live.csv", "raw.csv"  # of what was heard on a wire: results, samples
 FROZEN_NAME = "frozen.csv"  # samples so far
 FOLDER = "davarlab-files"
@@ -31,6 +35,18 @@ def kept(here: Path) -> Path:
     except RuntimeError:  # no home
         return here
     return base / "davarlab" / here.relative_to(here.anchor)
+
+
+def exercises() -> list[Json]:
+    """The simulated recordings beside the tutorial: name, where the sensor is (the comment in the
+    first line), and the answer: what is in it beyond white noise and bias instability."""
+    found = []
+    for name, path in EXERCISES.items():
+        model = models.from_toml(models.load_toml(path), path)
+        hidden = [words.title(term.kind, term.parameters) for term in model.terms[2:]]
+        story = files.read_whole(path).decode().partition("\n")[0].removeprefix("# ")
+        found.append({"name": name, "story": story, "answer": words.listed(hidden, str)})
+    return found
 
 
 def free_name(path: Path, sha256: str) -> Path:
@@ -65,12 +81,15 @@ class Arrivals:
             raise BadInput(f"{self.folder}: cannot be made ({files.reason(why)})") from None
         return self.folder
 
-    def tutorial(self, progress: Progress) -> Path:
-        """The path of the bundled sensor's recording, made once."""
-        path = self.made() / TUTORIAL_NAME
+    def simulated(self, exercise: str | None, progress: Progress) -> Path:
+        """The path of the recording of an exercise, or of the tutorial, made once."""
+        if exercise is not None and exercise not in EXERCISES:
+            raise BadInput(f"no exercise {exercise}")
+        scenario = EXERCISES[exercise] if exercise else TUTORIAL
+        path = self.made() / f"{scenario.stem}.csv"
         if not path.exists():
-            progress("making the tutorial's recording: two hours of a simulated sensor")
-            recordings.write(simulate.from_scenario(TUTORIAL, progress), path)
+            progress("Simulating the recording")
+            recordings.write(simulate.from_scenario(scenario, progress), path)
         return path
 
     @contextlib.contextmanager
@@ -83,7 +102,7 @@ class Arrivals:
             or name.startswith(".")
             or not name.isprintable()
             or name.endswith(ENDING)
-            or name in (TUTORIAL_NAME, LIVE_NAME, RAW_NAME)
+            or name in (*SIMULATED, LIVE_NAME, RAW_NAME)
         ):
             raise BadInput(f"{name!r}: not a name for a recording")
         part = files.partial(self.made() / "drop")

@@ -337,7 +337,8 @@ class Dataset:
         partly: Trying = lambda kind, found: None,
         between: Callable[[], None] = lambda: None,
     ) -> list[Candidate]:
-        """Candidates beside the fitted model, best first, as `davarlab diagnose` ranks and doubts them;
+        """Candidates beside the fitted model, best first, as `davarlab diagnose` ranks and doubts
+        them;
         `partly` hears what was found so far; `between` is called before each fit; both may
         raise."""
         outcome = self.outcome_of(text, True, progress)

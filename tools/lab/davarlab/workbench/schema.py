@@ -60,6 +60,10 @@ class Open(Given):
     sensor: Text | None = None
 
 
+class Tutorial(Given):
+    exercise: Text | None = None
+
+
 class Sensor(Given):
     name: Text
 
@@ -246,7 +250,7 @@ class Drop(Given):
 
 REQUESTS: dict[str, type[Given]] = {
     "open": Open,
-    "tutorial": Nothing,
+    "tutorial": Tutorial,
     "sensor": Sensor,
     "names": Names,
     "skip": Skip,

@@ -46,10 +46,9 @@ FAMILY = {
 SHEET = ("angle_random_walk", "bias_instability", "rate_random_walk")  # what a data sheet gives
 
 
-def deviation(outcome: Outcome, recording: Recording) -> Json:
+def deviation(outcome: Outcome) -> Json:
     """The curve over the whole record, and that of each effect."""
-    parts = contributions.of_state(outcome.state, recording, outcome.model)
-    return curves.deviation(outcome.state.cells, parts)
+    return curves.deviation(outcome.state.cells, contributions.of_state(outcome.state))
 
 
 def preview(state: State) -> Json:
@@ -60,9 +59,11 @@ def preview(state: State) -> Json:
     noise, _, _, steady = cells.Expectation(state).over(window, taus)
     course = bench.mean_course(state.parts, state.fit)
     known = allan.windows(course, window, taus)[0][0] ** 2 if np.any(course) else 0.0
+    taus_s, model = [m / bench.data.rate_hz for m in taus], np.sqrt(noise + steady + known)
     return {
-        "tau_s": [m / bench.data.rate_hz for m in taus],
-        "model": np.sqrt(noise + steady + known).tolist(),
+        "tau_s": taus_s,
+        "model": model.tolist(),
+        "curve": curves.curve(taus_s, model, contributions.of_state(state)),
     }
 
 
@@ -176,7 +177,7 @@ def model(outcome: Outcome, recording: Recording, first: bool = True) -> Json:
         "against": verdict.against(judgement),
         "worst": judgement.largest or judgement.farthest,
         "cards": [card(outcome, place, taken) for place, taken in enumerate(losses(outcome))],
-        "deviation": deviation(outcome, recording),
+        "deviation": deviation(outcome),
         "map": curves.failure_map(outcome.state.cells),
         "spectrum": spectrum(outcome.state),
         **values.judgement(judgement),
@@ -348,22 +349,23 @@ def tied(y: Floats, correlation: float, p: float) -> Json:
     }
 
 
-def axes(dataset: Dataset) -> list[Json]:
-    """The Allan deviation of every gyro, or accelerometer, of the recording, as it was read."""
-    found, window = [], dataset.whole.samples // 2 * 2
+def measured(recording: Recording, column: str) -> Json:
+    """The Allan deviation of an axis of a recording, as it was read."""
+    window = recording.samples // 2 * 2
     taus = allan.octaves(window)
+    whole, model = for_analysis(recording, Model(None, column))
+    found = allan.windows(whole.rate_dps(model.column), window, taus, whole.known)[0][0]
+    return {
+        "column": column,
+        "tau_s": [m / recording.rate_hz for m in taus],
+        "measured": found.tolist(),
+    }
+
+
+def axes(dataset: Dataset) -> list[Json]:
+    """The Allan deviation of every gyro, or accelerometer, of the recording."""
     alike = [name for name in dataset.axes if is_accel(name) == is_accel(dataset.selection.column)]
-    for name in alike:
-        whole, model = for_analysis(dataset.whole, Model(None, name))
-        measured = allan.windows(whole.rate_dps(model.column), window, taus, whole.known)[0][0]
-        found.append(
-            {
-                "column": name,
-                "tau_s": [m / dataset.whole.rate_hz for m in taus],
-                "measured": measured.tolist(),
-            }
-        )
-    return found
+    return [measured(dataset.whole, name) for name in alike]
 
 
 def sheet(terms: Sequence[Term], rate_hz: float, samples: int) -> Json:

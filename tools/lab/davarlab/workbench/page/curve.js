@@ -22,8 +22,8 @@ export const atRest = (view) => ({
     floor: view.floor,
 });
 
-// The step with another curve of the model, as in a preview.
-export function withModel(view, model) {
+// The step with another curve of the model, as in a preview: {model, curve}.
+export function withModel(view, { model, curve }) {
     const d = view.deviation,
         grown = model.map((value, i) => value / d.model[i]);
     const of = new Map(d.tau_s.map((tau, i) => [tau, grown[i]]));
@@ -38,6 +38,7 @@ export function withModel(view, model) {
     return {
         ...atRest(view),
         model,
+        curve,
         low: d.low.map((v, i) => v * grown[i]),
         high: d.high.map((v, i) => v * grown[i]),
         cells,
@@ -51,14 +52,18 @@ export function withSize(view, card, parameter, size) {
     const effect = own(view, card);
     if (!effect || !parameter.size) return null;
     const factor = size / parameter.value,
-        d = view.deviation;
-    const model = d.model.map((value, i) =>
-        Math.sqrt(Math.max(value ** 2 + (factor ** 2 - 1) * effect.deviation[i] ** 2, 1e-30)),
-    );
+        d = view.deviation,
+        sized = (values) => values.map((value) => value * factor);
+    const grown = (model, of) =>
+        model.map((value, i) =>
+            Math.sqrt(Math.max(value ** 2 + (factor ** 2 - 1) * of[i] ** 2, 1e-30)),
+        );
     const effects = d.effects.map((one) =>
-        one === effect ? { ...one, deviation: one.deviation.map((v) => v * factor) } : one,
+        one === effect ? { ...one, deviation: sized(one.deviation), curve: sized(one.curve) } : one,
     );
-    return { ...withModel(view, model), effects };
+    const model = grown(d.model, effect.deviation),
+        curve = { ...d.curve, model: grown(d.curve.model, effect.curve) };
+    return { ...withModel(view, { model, curve }), effects };
 }
 
 const mixed = (a, b, t) => a + (b - a) * t;
@@ -66,7 +71,9 @@ const grow = (a, b, t) => b.map((value, i) => Math.exp(mixed(Math.log(a[i]), Mat
 
 // The curves between two steps of the same recording, t from 0 to 1. The error is that of the step, as are the words of the headline.
 export function between(a, b, t) {
-    if (a.tau.length !== b.tau.length || a.cells.length !== b.cells.length) return b;
+    const count = ({ tau, curve, cells }) =>
+        `${[tau, curve.model, cells].map((all) => all.length)}`;
+    if (count(a) !== count(b)) return b;
     const cells = b.cells.map((cell, i) => ({
         ...cell,
         ratio: Math.exp(mixed(Math.log(a.cells[i].ratio), Math.log(cell.ratio), t)),
@@ -75,6 +82,7 @@ export function between(a, b, t) {
     return {
         ...b,
         model: grow(a.model, b.model, t),
+        curve: { ...b.curve, model: grow(a.curve.model, b.curve.model, t) },
         low: grow(a.low, b.low, t),
         high: grow(a.high, b.high, t),
         cells,

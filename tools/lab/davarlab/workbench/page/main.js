@@ -74,7 +74,7 @@ const opened = {
     open: ({ path, sensor }) =>
         change("Opening the session", "open", sensor ? { path, sensor } : { path }),
     listen: (source) => change(`Listening to ${source}`, "listen", { source }),
-    tutorial: () => change("Opening the tutorial", "tutorial"),
+    tutorial: (exercise = null) => change("Opening the recording", "tutorial", { exercise }),
     close: () => leaving("", "close"),
     names: (names) => change("Reading the columns by these names", "names", { names }),
     skip: (lines) => change(`Skipping ${lines} lines`, "skip", { lines }),

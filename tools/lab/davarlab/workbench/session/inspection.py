@@ -37,7 +37,12 @@ class Inspection:
         return views.spectrogram(dataset, column)
 
     def axes(self) -> Json:
-        return {"axes": views.axes(self.there())}
+        """The curve of every axis, and of this one in the recording that is held out."""
+        dataset, held = self.there(), self.session.held
+        return {
+            "axes": views.axes(dataset),
+            "held": held and views.measured(held, dataset.selection.column),
+        }
 
     def sheet(self, **given: float) -> Json:
         """A data sheet's numbers as a curve: kind = size, in the units of a model file."""

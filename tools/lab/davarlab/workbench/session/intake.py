@@ -244,9 +244,9 @@ class Intake:
         }
         return self.begin(path, steps, as_named(path, steps), waiting.model)
 
-    def tutorial(self) -> Json:
+    def tutorial(self, exercise: str | None = None) -> Json:
         """The bundled sensor, opened like any recording."""
-        return self.open(str(self.session.arrivals.tutorial(self.session.progress)))
+        return self.open(str(self.session.arrivals.simulated(exercise, self.session.progress)))
 
     def freeze(self, channel: int) -> Json:
         """The raw samples of a channel that have come so far, opened as a recording; more may come

@@ -9,7 +9,7 @@ from typing import Any
 
 from ... import axes
 from ...report.values import Json
-from .. import plans, typed
+from .. import arrivals, plans, typed
 from . import welcome
 from .details import Details
 from .hold_out import HoldOut
@@ -117,6 +117,7 @@ class Session(Standing):
                 "folder": str(self.arrivals.folder),
                 "recent": welcome.recent([self.arrivals.folder, self.folder]),
                 "sources": welcome.sources(),
+                "exercises": arrivals.exercises(),
             }
         recording = dataset.recording
         return {

@@ -192,7 +192,7 @@ class Stepping:
             return {"superseded": True}
         judgement = found.state.judgement
         return {
-            "deviation": views.deviation(found, self.session.open_dataset.recording),
+            "deviation": views.deviation(found),
             "error": judgement.error,
             "floor": judgement.floor,
         }

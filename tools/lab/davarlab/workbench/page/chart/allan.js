@@ -1,11 +1,13 @@
-// The main chart: Allan deviation, measured over model, and where it fails, on one axis of averaging times.
+// The main chart: Allan deviation, measured over model, and where it fails, on one axis of averaging times. A state has the values at the
+// octaves, and `curve`, the model at eight averaging times an octave.
 import * as cells from "/page/chart/cells.js";
 import { marks, scale, timeMarks } from "/page/chart/scale.js";
-import { area, canvas, line, svg } from "/page/chart/svg.js";
+import { area, canvas, dotted, line, svg } from "/page/chart/svg.js";
 import { brief, number, timesText } from "/page/words.js";
 
 const PHONE = 560,
     LETTER = 7,
+    MOST = 19, // letters of a name at the right
     DASHES = ["1 3", "6 3", "8 2 2 2", "3 2"];
 const RATIOS = [0.4, 6]; // that have a place; an arrow points to one beyond
 const clamp = (value, low, high) => Math.max(low, Math.min(high, value));
@@ -16,7 +18,7 @@ const NAMES = {
 };
 const called = (kind) => NAMES[kind] || kind.replaceAll("_", " ");
 
-// range: {y: [low, high]} that stands still over the steps, tau: [first, last] of a zoom or null. shown: [first, last] of the averaging times that the verdict is about, and words for the others, which are hatched.
+// range: [low, high] of the deviation, which stands still over the steps. zoom: {tau: [from, to], range} or null. overlay: [{name, tau_s, deviation, points}]. shown: [first, last] of the averaging times that the verdict is about, and words for the others, which are hatched.
 export class AllanChart {
     constructor(
         place,
@@ -68,9 +70,10 @@ export class AllanChart {
         this.ratioBottom = this.ratioTop + ratio;
         this.stripTop = this.ratioBottom + gap;
         this.stripBottom = this.stripTop + strip;
-        const [from, to] = zoom || [tau[0] / 1.5, tau.at(-1) * 1.5];
-        this.X = scale(true, from, to, this.left, this.right);
-        this.Y = scale(true, range[0], range[1], this.bottom, this.top);
+        this.whole = { tau: [tau[0] / 1.5, tau.at(-1) * 1.5], range };
+        const shown = zoom || this.whole;
+        this.X = scale(true, ...shown.tau, this.left, this.right);
+        this.Y = scale(true, ...shown.range, this.bottom, this.top);
         const R = scale(true, ...RATIOS, this.ratioBottom, this.ratioTop);
         this.R = (value) => R(clamp(value, ...RATIOS));
     }
@@ -196,13 +199,14 @@ export class AllanChart {
             svg("path", { fill: "none", "clip-path": inside, ...attributes }, drawing);
         const band = { fill: "var(--model)", "fill-opacity": 0.14 };
         this.labels = svg("g", {}, drawing); // below the curves: a halo must not hide a point
-        this.band = path(band);
         if (!small) this.ratioBand = path({ ...band, "clip-path": `url(#${this.clip}-r)` });
-        this.overlays = (this.overlay || []).map((_, i) =>
+        this.overlays = (this.overlay || []).map((one, i) =>
             path({
                 stroke: "var(--ink)",
-                "stroke-width": 1.5,
-                "stroke-dasharray": ["2 3", "7 4", "1 2"][i % 3],
+                "stroke-width": one.points ? 5 : 1.5,
+                "stroke-linecap": one.points ? "round" : null,
+                "stroke-dasharray": one.points ? null : ["2 3", "7 4", "1 2"][i % 3],
+                class: "overlay",
             }),
         );
         this.before = path({
@@ -231,6 +235,11 @@ export class AllanChart {
             "g",
             { "clip-path": inside, class: "measured", "pointer-events": "none" },
             drawing,
+        );
+        this.whiskers = svg(
+            "path",
+            { stroke: "var(--meas)", "stroke-width": 1.5, class: "whiskers" },
+            dots,
         );
         this.dots = state.tau.map((tau) =>
             svg(
@@ -321,22 +330,8 @@ export class AllanChart {
             },
             drawing,
         );
-        this.cursor = svg(
-            "line",
-            {
-                y1: top,
-                y2: stripBottom,
-                stroke: "var(--ink)",
-                opacity: 0,
-                "pointer-events": "none",
-            },
-            drawing,
-        );
-        this.readout = svg(
-            "text",
-            { x: right - 6, y: top + (phone ? 24 : 10), "text-anchor": "end", class: "ink halo" },
-            drawing,
-        );
+        const rule = { stroke: "var(--ink)", opacity: 0.6, "pointer-events": "none" };
+        this.cursor = svg("path", { ...rule, fill: "none", class: "cursor" }, drawing);
     }
 
     // Draws a state on the axes as they are: while a value moves, while a step is animated.
@@ -344,19 +339,24 @@ export class AllanChart {
         if (!this.ready) return;
         this.state = state;
         const { X, Y, R, small } = this,
-            { tau } = state;
-        this.model.setAttribute("d", line(X, Y, tau, state.model));
-        this.band.setAttribute("d", area(X, Y, tau, state.low, state.high));
+            { tau, curve } = state;
+        this.model.setAttribute("d", line(X, Y, curve.tau_s, curve.model));
         this.parts.forEach((path, i) =>
             path.setAttribute(
                 "d",
-                state.effects[i] ? line(X, Y, tau, state.effects[i].deviation) : "",
+                state.effects[i] ? line(X, Y, curve.tau_s, state.effects[i].curve) : "",
             ),
         );
-        this.overlays.forEach((path, i) =>
-            path.setAttribute("d", line(X, Y, this.overlay[i].tau_s, this.overlay[i].deviation)),
-        );
+        this.overlays.forEach((path, i) => {
+            const { tau_s, deviation, points } = this.overlay[i];
+            path.setAttribute("d", (points ? dotted : line)(X, Y, tau_s, deviation));
+        });
         this.dots.forEach((dot, i) => dot.setAttribute("cy", Y(state.measured[i])));
+        const { measured_low: from, measured_high: to } = state;
+        this.whiskers.setAttribute(
+            "d",
+            tau.map((one, i) => `M${X(one)} ${Y(from[i])}V${Y(to[i])}`).join(""),
+        );
         if (!small) {
             const over = (side) => side.map((value, i) => value / state.model[i]);
             this.ratioBand.setAttribute("d", area(X, R, tau, over(state.low), over(state.high)));
@@ -384,7 +384,7 @@ export class AllanChart {
         if (this.ready)
             this.before.setAttribute(
                 "d",
-                state ? line(this.X, this.Y, state.tau, state.model) : "",
+                state ? line(this.X, this.Y, state.curve.tau_s, state.curve.model) : "",
             );
     }
 
@@ -392,7 +392,7 @@ export class AllanChart {
         if (this.ready)
             this.next.setAttribute(
                 "d",
-                deviation ? line(this.X, this.Y, deviation.tau_s, deviation.model) : "",
+                deviation ? line(this.X, this.Y, deviation.curve.tau_s, deviation.curve.model) : "",
             );
     }
 
@@ -440,21 +440,28 @@ export class AllanChart {
         if (this.phone && !this.small) return;
         const { state, X, Y, bottom, top } = this,
             x = this.right + 10,
-            end = state.tau.length - 1;
+            { tau_s: fine, model } = state.curve;
+        const last = (tau, values) => values[tau.findLastIndex((one) => X(one) <= this.right)];
         this.labels.replaceChildren();
         this.inside = [];
         const names = [
-            ["measured", state.measured[end], "var(--meas-ink)", true],
-            ["model", state.model[end], "var(--model)", true],
+            ["measured", last(state.tau, state.measured), "var(--meas-ink)", true],
+            ["model", last(fine, model), "var(--model)", true],
         ];
         for (const one of this.overlay || [])
-            names.push([one.name, one.deviation.at(-1), "var(--ink)", false]);
+            names.push([
+                one.name.length > MOST ? `${one.name.slice(0, MOST - 1)}…` : one.name,
+                last(one.tau_s, one.deviation),
+                "var(--ink)",
+                false,
+            ]);
         for (const one of this.small ? [] : state.effects) {
-            const tail = one.deviation[end];
+            const tail = last(fine, one.curve);
             if (Y(tail) < bottom) names.push([called(one.kind), tail, "var(--soft)", false]);
             else this.nameInside(one);
         }
         const placed = names
+            .filter(([, value]) => value > 0)
             .map(([text, value, fill, strong]) => ({
                 text,
                 fill,
@@ -482,15 +489,18 @@ export class AllanChart {
     }
 
     // An effect that leaves the chart below is named where it leaves.
-    nameInside(effect) {
-        const { X, Y, state, bottom } = this;
-        let i = effect.deviation.indexOf(Math.max(...effect.deviation));
-        if (Y(effect.deviation[i]) > bottom) return;
-        while (Y(effect.deviation[i + 1]) < bottom) i += 1;
-        const [y0, y1] = [Y(effect.deviation[i]), Y(effect.deviation[i + 1])],
+    nameInside({ kind, curve }) {
+        const { X, Y, state, bottom } = this,
+            fine = state.curve.tau_s,
+            seen = fine.map((tau, i) => (X(tau) < this.left || X(tau) > this.right ? 0 : curve[i]));
+        let i = seen.indexOf(Math.max(...seen));
+        if (!seen[i] || Y(seen[i]) > bottom) return;
+        while (Y(curve[i + 1]) < bottom) i += 1;
+        if (!(X(fine[i + 1]) < this.right)) return;
+        const [y0, y1] = [Y(curve[i]), Y(curve[i + 1])],
             share = (bottom - y0) / (y1 - y0);
-        const left = X(state.tau[i]) + share * (X(state.tau[i + 1]) - X(state.tau[i])) + 4,
-            text = called(effect.kind);
+        const left = X(fine[i]) + share * (X(fine[i + 1]) - X(fine[i])) + 4,
+            text = called(kind);
         const y =
             bottom -
             3 -
@@ -501,29 +511,36 @@ export class AllanChart {
         svg("text", { x: left, y, class: "halo" }, this.labels, text);
     }
 
-    showCursor(tau) {
-        if (!this.ready) return;
-        const { state } = this;
-        this.cursor.setAttribute("opacity", tau === null ? 0 : 0.6);
-        this.readout.textContent = "";
-        if (tau === null) return;
-        const i = state.tau.reduce(
-                (best, one, k) =>
-                    Math.abs(Math.log(one / tau)) < Math.abs(Math.log(state.tau[best] / tau))
-                        ? k
-                        : best,
-                0,
-            ),
-            x = this.X(state.tau[i]);
-        this.cursor.setAttribute("x1", x);
-        this.cursor.setAttribute("x2", x);
-        this.readout.textContent = `${brief(state.tau[i])}: measured ${number(state.measured[i], 2)}, model ${number(state.model[i], 2)}, ${(state.measured[i] / state.model[i]).toFixed(2)}×`;
+    // The octave at a place of the pointer, and the cell there. null: the pointer is beside the charts.
+    under(x, y) {
+        const { left, right, top, stripBottom, X, state } = this;
+        if (x < left || x > right || y < top || y > stripBottom) return null;
+        const far = (tau) => Math.abs(X(tau) - x),
+            tau = state.tau.reduce((best, one) => (far(one) < far(best) ? one : best));
+        const inside = ({ box }) =>
+            x >= box.x && x <= box.x + box.width && y >= box.y && y <= box.y + box.height;
+        return { tau, y, cell: this.cells.find(inside)?.cell };
+    }
+
+    // The crosshair through chart, ratio and map at an octave, with a level at y; and what is there, as text.
+    showCursor(at) {
+        if (!this.ready) return "";
+        const { state, X, left, right, top, stripBottom } = this;
+        const level = at?.y ? `M${left} ${at.y}H${right}` : "";
+        this.cursor.setAttribute("d", at ? `M${X(at.tau)} ${top}V${stripBottom}${level}` : "");
+        const i = at ? state.tau.findIndex((one) => Math.abs(one / at.tau - 1) < 0.01) : -1;
+        if (i < 0) return "";
+        const { measured, measured_low: low, measured_high: high, model } = state,
+            ratio = (value) => `${value.toFixed(2)}×`;
+        const cell = at.cell
+            ? `; ${brief(at.cell.start_s)} to ${brief(at.cell.stop_s)}: ${ratio(at.cell.ratio)}`
+            : "";
+        return `${brief(at.tau)}: measured ${number(measured[i])} [${number(low[i])}, ${number(high[i])}], model ${number(model[i])}, ${ratio(measured[i] / model[i])}${cell}`;
     }
 
     showCell(cell) {
         if (!this.ready) return;
         const box = cell ? this.box(cell) : { x: 0, y: 0, width: 0, height: 0 };
         for (const [name, value] of Object.entries(box)) this.selected.setAttribute(name, value);
-        if (cell) this.showCursor(cell.tau_s);
     }
 }

@@ -13,12 +13,24 @@ export function scale(log, from, to, a, b) {
     return Object.assign(place, { log, from, to, a, b });
 }
 
+// Averaging times that an axis names, and those of one that shows less than a decade or two.
 const TIMES = [
-    1e-4, 1e-3, 0.01, 0.1, 1, 10, 60, 600, 3600, 21600, 86400, 864000, 8640000, 86400000,
-]; // averaging times that an axis names
+        1e-4, 1e-3, 0.01, 0.1, 1, 10, 60, 600, 3600, 21600, 86400, 864000, 8640000, 86400000,
+    ],
+    FINE = [
+        ...[1e-4, 1e-3, 0.01, 0.1, 1].flatMap((power) => [1, 2, 5].map((one) => one * power)),
+        ...[10, 20, 30],
+        ...[60, 3600].flatMap((size) => [1, 2, 5, 10, 20, 30].map((one) => one * size)),
+        ...[1, 2, 5, 10, 20, 50, 100].map((one) => one * 86400),
+    ];
 
-export const timeMarks = (from, to) =>
-    TIMES.filter((s) => s >= from && s <= to).map((s) => [s, duration(s)]);
+export function timeMarks(from, to) {
+    const within = (all) => all.filter((s) => s >= from && s <= to);
+    const found = [TIMES, FINE].map(within).find((all) => all.length > 2);
+    return found
+        ? found.map((s) => [s, duration(s)])
+        : evenMarks(from, to, 5).map(([s]) => [s, duration(s)]);
+}
 
 // Marks of an axis: [value, text]. most: how many fit.
 export function marks(log, from, to, most) {

@@ -44,6 +44,10 @@ export function line(X, Y, x, y) {
     return path;
 }
 
+// A dot at each point, for a stroke with round caps.
+export const dotted = (X, Y, x, y) =>
+    x.map((value, i) => `M${X(value).toFixed(1)} ${Y(y[i]).toFixed(1)}h0`).join("");
+
 export function area(X, Y, x, low, high) {
     const kept = x.map((_, i) => i).filter((i) => there(low[i]) && there(high[i]));
     if (!kept.length) return "";

@@ -1,14 +1,8 @@
-// The first page: the tutorial moving by itself, a drop zone, the last sessions, and the sensors that can be listened to.
+// The first page: the tutorial and simulated recordings to try, a drop zone, the last sessions, and the sensors that can be listened to.
 import { AllanChart } from "/page/chart/allan.js";
 import { bar } from "/page/parts/bar.js";
-import { between } from "/page/curve.js";
 import { at } from "/page/now.js";
 import { duration, element, errorText, fill } from "/page/words.js";
-
-const still = matchMedia("(prefers-reduced-motion: reduce)");
-const HOLD_S = 2.2,
-    MOVE_S = 1,
-    CYCLE_S = 10;
 
 // A place for a file, which may also be dropped anywhere on it.
 function zone(actions) {
@@ -93,6 +87,36 @@ function sources(all, actions) {
     );
 }
 
+// Recordings to try: what is in them is known, and folded.
+const exercises = (all, actions) =>
+    element(
+        "div",
+        { class: "exercises", id: "exercises" },
+        element("h2", {}, "Simulated recordings with known answers"),
+        ...(all.exercises || []).map((one) =>
+            element(
+                "div",
+                { class: "row" },
+                element("span", { class: "grow" }, one.story),
+                element(
+                    "details",
+                    {},
+                    element("summary", { "aria-label": `Answer: ${one.name}` }, "Answer"),
+                    one.answer,
+                ),
+                element(
+                    "button",
+                    {
+                        "data-exercise": one.name,
+                        "aria-label": `Open ${one.name}`,
+                        onclick: () => actions.tutorial(one.name),
+                    },
+                    "Open",
+                ),
+            ),
+        ),
+    );
+
 export function first(all, actions) {
     fill(
         "landing",
@@ -117,14 +141,19 @@ export function first(all, actions) {
                 element(
                     "footer",
                     {},
-                    element("span", { id: "demo-said" }),
-                    element("span", { class: "grow", id: "demo-bar" }),
+                    element(
+                        "span",
+                        { id: "demo-said", class: "grow" },
+                        "Two hours of a simulated gyro. Its data sheet has two noises. ",
+                        element("b", {}, "What else is in it?"),
+                    ),
                     element(
                         "button",
-                        { class: "go big", id: "tutorial", onclick: actions.tutorial },
+                        { class: "go big", id: "tutorial", onclick: () => actions.tutorial() },
                         "Open the tutorial",
                     ),
                 ),
+                exercises(all, actions),
             ),
             element(
                 "div",
@@ -151,59 +180,18 @@ export function waiting(all) {
     );
 }
 
-let tutorial = null,
-    running = 0;
+let tutorial = null;
 
+// The tutorial as it begins: the measurement and the first model, which does not fit.
 async function demo() {
-    const turn = ++running;
     tutorial ??= await (await fetch("/page/tutorial.json")).json();
-    if (turn !== running || !at("demo")) return;
-    const { steps, said } = tutorial,
-        last = steps.length - 1,
-        place = at("demo"),
-        range = [
-            Math.min(...steps[0].measured, ...steps[last].model) / 1.6,
-            Math.max(...steps[0].measured) * 1.5,
-        ];
-    let chart = null,
-        started = null;
-    const build = () => {
-        chart = new AllanChart(place, steps[last], { range, span: 1, small: true, unit: "deg/s" });
-    };
-    build();
-    const observer = new ResizeObserver(build);
-    observer.observe(place);
-    const tick = (time) => {
-        if (turn !== running || !at("demo")) {
-            observer.disconnect();
-            return;
-        }
-        started ??= time;
-        const at_s = still.matches ? CYCLE_S : ((time - started) / 1000) % CYCLE_S,
-            one = Math.min(last, Math.floor(at_s / (HOLD_S + MOVE_S))),
-            moved = Math.max(0, at_s - one * (HOLD_S + MOVE_S) - HOLD_S) / MOVE_S;
-        const eased = moved * moved * (3 - 2 * moved),
-            state =
-                one < last ? between(steps[one], steps[one + 1], Math.min(1, eased)) : steps[last],
-            number = Math.min(last, one + Number(eased > 0.5));
-        chart.update(state);
-        if (at("demo-said").dataset.number !== String(number) || eased) {
-            at("demo-said").dataset.number = String(number);
-            fill(
-                "demo-said",
-                element("span", { class: "soft" }, said[number]),
-                element("br"),
-                element(
-                    "b",
-                    { class: number === last ? "good" : null },
-                    `error ${errorText(state.error)}`,
-                ),
-            );
-            fill("demo-bar", bar(steps[0].error, state.error, state.floor, steps[0].error));
-        }
-        if (!still.matches) requestAnimationFrame(tick);
-    };
-    requestAnimationFrame(tick);
+    const place = at("demo");
+    if (!place) return;
+    const { measured, model } = tutorial,
+        range = [Math.min(...measured, ...model) / 1.6, Math.max(...measured) * 1.5];
+    new ResizeObserver(
+        () => new AllanChart(place, tutorial, { range, span: 1, small: true, unit: "deg/s" }),
+    ).observe(place);
 }
 
 // Selects one of several gyros in a log.

@@ -40,7 +40,7 @@ const follow = newest(async (given, still) => {
     const { turn } = now,
         answer = await ask("preview", given);
     if (still() && turn === now.turn && document.activeElement?.type === "range")
-        moved(curve.withModel(now.view, answer.model));
+        moved(curve.withModel(now.view, answer));
 });
 
 export const actions = {

@@ -1,25 +1,29 @@
 // The Allan deviation, measured over model, and where it fails.
+import { ask } from "/page/api.js";
 import { AllanChart } from "/page/chart/allan.js";
 import * as cells from "/page/chart/cells.js";
+import { hands, zoomed as zoomedBy } from "/page/chart/hands.js";
 import { svg } from "/page/chart/svg.js";
 import { card as cardOf } from "/page/curve.js";
 import { actions } from "/page/parts/model.js";
-import { at, hear, now, rateUnit, show } from "/page/now.js";
-import { brief, element, fill } from "/page/words.js";
+import { at, doing, hear, now, rateUnit, show } from "/page/now.js";
+import { brief, element, fill, labelled } from "/page/words.js";
 
 let chart = null,
-    zoomed = null,
+    zoomed = null, // {tau, range} of a zoom
+    over = null, // the model or the recording that is laid over: {key, name, tau_s, deviation, points}
     range = null,
-    rangeOf = null;
+    rangeOf = null,
+    frame = 0;
 
 // The y axis of a recording stands still over its steps.
 function ranged() {
     const d = now.view.deviation,
-        all = [...d.measured, ...d.model].filter((value) => value > 0);
+        all = [...d.measured, ...d.model, ...(over?.deviation || [])].filter((value) => value > 0);
     const here = [Math.min(...all) * 0.5, Math.max(...all) * 1.5],
         of = `${now.all.recording} ${now.all.column}`;
     range = rangeOf === of ? [Math.min(range[0], here[0]), Math.max(range[1], here[1])] : here;
-    if (rangeOf !== of) zoomed = null;
+    if (rangeOf !== of) zoomed = over = null;
     rangeOf = of;
     return range;
 }
@@ -38,6 +42,18 @@ export function build(panel) {
                 ["not tested or confirmed", "hatch"],
             ].map(([name, kind]) => element("span", {}, element("i", { class: kind }), name)),
         ),
+        element(
+            "div",
+            { class: "row small", id: "fit-tools" },
+            element("label", {}, "Lay over ", element("select", { id: "over", onchange: layOver })),
+            element("span", { id: "zoomed", role: "status" }),
+            element(
+                "button",
+                { id: "zoom-all", hidden: true, onclick: () => look(null) },
+                "Show all",
+            ),
+            element("output", { id: "readout", class: "grow soft", "aria-live": "off" }),
+        ),
         element("div", { class: "plot", id: "deviation" }),
         element("div", {
             class: "seg",
@@ -47,6 +63,73 @@ export function build(panel) {
             title: "Each cell compares one window of this length with the model",
         }),
     );
+    hands(at("deviation"), () => chart, look, point);
+}
+
+// Draws a zoom, once a frame. null: all of it.
+function look(zoom) {
+    zoomed = zoom;
+    frame ||= requestAnimationFrame(() => {
+        frame = 0;
+        draw();
+    });
+}
+
+// The crosshair at the pointer; where there is none, at the selected cell.
+function point(x, y) {
+    if (held.part) return;
+    const there = x === null ? null : chart.under(x, y),
+        { cell } = now;
+    at("readout").textContent = chart.showCursor(there || (cell && { tau: cell.tau_s, cell }));
+}
+
+// What can be laid over the chart: other steps, other axes, the recording that is held out.
+function offered() {
+    const { steps, current, gyros, column, held_out: other } = now.all,
+        models = steps.filter((one) => one.number !== current && one.error !== null);
+    const group = (label, all) =>
+        all.length &&
+        element(
+            "optgroup",
+            { label },
+            ...all.map(([value, text]) =>
+                element("option", { value, selected: value === over?.key }, text),
+            ),
+        );
+    fill(
+        "over",
+        element("option", { value: "" }, "nothing"),
+        group(
+            "Model of a step",
+            models.map((one) => [`step ${one.number}`, labelled(one.did)]),
+        ),
+        group("Recording", [
+            ...gyros.filter((one) => one !== column).map((one) => [`axis ${one}`, one]),
+            ...(other ? [["held", other.split("/").at(-1)]] : []),
+        ]),
+    );
+    at("over").disabled = at("over").options.length < 2;
+}
+
+async function layOver() {
+    const { turn } = now,
+        key = at("over").value,
+        name = at("over").selectedOptions[0].textContent,
+        [kind, which] = key.split(/ (.*)/);
+    await doing(key ? `Computing ${name}` : "", async () => {
+        let found = null;
+        if (kind === "step") {
+            const { curve } = (await ask("step", { number: Number(which) })).deviation;
+            found = { tau_s: curve.tau_s, deviation: curve.model };
+        } else if (key) {
+            const { axes, held } = await ask("axes"),
+                one = kind === "held" ? held : axes.find((axis) => axis.column === which);
+            found = { tau_s: one.tau_s, deviation: one.measured, points: true };
+        }
+        if (turn !== now.turn) return;
+        over = found && { key, name, ...found };
+        draw();
+    });
 }
 
 export function draw() {
@@ -60,8 +143,11 @@ export function draw() {
         span: now.all.duration_s,
         unit: rateUnit(),
         shown: [...now.view.shown_s, now.view.adequate ? "not confirmed" : "not tested"],
-        overlay: now.sheet ? [{ ...now.sheet, name: "data sheet" }] : null,
+        overlay: [now.sheet && { ...now.sheet, name: "data sheet" }, over].filter(Boolean),
     });
+    offered();
+    at("zoomed").textContent = zoomed ? zoomed.tau.map(brief).join(" to ") : "";
+    at("zoom-all").hidden = !zoomed;
     if (!chart.ready) return;
     if (!chart.phone) windows(all);
     at("windows").hidden = chart.phone || all.length < 2;
@@ -69,7 +155,13 @@ export function draw() {
     keys(chart.drawing, focused);
     showBefore();
     chart.showFlag(now.view.worst, now.view.headline[0].includes("off by"));
-    chart.showCell(now.cell);
+    showCell(now.cell);
+}
+
+function showCell(cell) {
+    if (!chart?.ready) return;
+    chart.showCell(cell);
+    point(null);
 }
 
 function windows(all) {
@@ -117,15 +209,17 @@ export function update(state) {
 }
 
 hear("next", () => chart && showBefore());
-hear("cell", (cell) => chart?.showCell(cell));
+hear("cell", showCell);
 
+// Zooms in the middle, or at the selected cell. factor null: shows all.
 export function zoom(factor) {
-    const tau = now.view.deviation.tau_s,
-        [from, to] = zoomed || [tau[0] / 1.5, tau.at(-1) * 1.5];
-    const middle = now.cell ? now.cell.tau_s : Math.sqrt(from * to),
-        half = (Math.log(to / from) * (factor || 1)) / 2;
-    zoomed = factor ? [middle * Math.exp(-half), middle * Math.exp(half)] : null;
-    draw();
+    if (!chart?.ready) return;
+    const { X, Y, left, right } = chart,
+        seen = now.cell && X(now.cell.tau_s) > left && X(now.cell.tau_s) < right;
+    const at = seen ? X(now.cell.tau_s) : (left + right) / 2,
+        i = now.drawn.tau.findIndex((one) => seen && Math.abs(one / now.cell.tau_s - 1) < 0.01),
+        level = i < 0 ? (Y.a + Y.b) / 2 : Y(now.drawn.measured[i]);
+    look(factor && zoomedBy(chart, factor, at, level));
 }
 
 // --- curves that are dragged to another size ---
@@ -133,7 +227,7 @@ export function zoom(factor) {
 const held = { part: null };
 
 function grasp() {
-    const { drawing, X, Y } = chart;
+    const { drawing, Y } = chart;
     chart.parts.forEach((path, i) => {
         const effect = now.view.deviation.effects[i],
             card = effect && cardOf(now.view, effect),
@@ -172,13 +266,6 @@ function grasp() {
             held.part = null;
         });
     });
-    drawing.addEventListener("pointermove", (event) => {
-        const x = event.clientX - drawing.getBoundingClientRect().left;
-        if (!held.part) chart.showCursor(x < chart.left || x > chart.right ? null : X.inverse(x));
-    });
-    drawing.addEventListener("pointerleave", () =>
-        now.cell ? chart.showCell(now.cell) : chart.showCursor(null),
-    );
     for (const one of chart.cells) {
         const hit = svg(
             "rect",
@@ -196,13 +283,19 @@ const MOVES = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowD
 function keys(drawing, focused) {
     cells.keys(
         drawing,
-        "Allan deviation and where it fails. The arrow keys move, w goes to the worst cell.",
+        "Allan deviation and where it fails. The arrow keys move, w goes to the worst cell, plus and minus zoom, Escape shows all.",
         MOVES,
         (by) => {
             const next = cells.neighbour(chart.cells, now.cell, by);
             if (next) show("cell", next);
         },
     );
+    drawing.addEventListener("keydown", (event) => {
+        const factor = { "+": 0.5, "=": 0.5, "-": 2, Escape: null }[event.key];
+        if (factor === undefined || event.ctrlKey || event.metaKey) return;
+        event.preventDefault();
+        zoom(factor);
+    });
     if (focused) drawing.focus({ preventScroll: true });
 }
 
