@@ -1,5 +1,5 @@
-"""The chart of the Allan deviation: its curves are those of the model, and what a hand, the keys
-and the pointer do on it.
+"""The chart of the Allan deviation and the staircase: the curves are those of the model, the ticks
+its verdicts, and what a hand, the keys and the pointer do on the chart.
 """
 
 import bisect
@@ -9,7 +9,7 @@ import re
 import pytest
 from playwright.sync_api import expect
 from recordings_made import effect, noise, simulated, two_axes
-from visiting import accessible, ranked
+from visiting import accessible, effects, ranked
 
 LINE_HZ = 0.8
 SPAN = re.compile("^[0-9.]+ m?s to [0-9.]+ (s|min)$")
@@ -136,3 +136,29 @@ def test_a_step_an_axis_or_a_second_recording_is_laid_over(folder, opened, tabs)
         expect(page.locator("#deviation")).to_contain_text(name[:15])
     page.select_option("#over", "")
     expect(page.locator("#deviation path.overlay")).to_have_count(0)
+
+
+def test_a_tick_of_the_staircase_is_the_verdict_of_its_step_then_and_later(folder, opened, tabs):
+    line = effect("sinusoid", amplitude_dps=0.02, frequency_hz=3.0)
+    bench = opened(simulated(folder, line))
+    page = tabs.open(bench)
+    ranked(page).click()
+    effects(page, 3)
+    ticks = page.locator("#staircase .tread", has_text="✓")
+    expect(page.locator("#head")).to_have_class(re.compile("settled"))
+    expect(ticks).to_have_count(1)
+    expect(ticks).to_contain_text("+ line at 3 Hz")
+    value = {"coefficient_deg_per_sqrt_h": 1.0}
+    bench.done("set", place=0, kind="angle_random_walk", parameters=value)
+    expect(page.locator("#staircase .tread")).to_have_count(3)
+    expect(ticks).to_contain_text("+ line at 3 Hz")  # of a model that fits no more, the one before
+    page.reload()
+    expect(page.locator("#staircase .tread")).to_have_count(3)
+    expect(ticks).to_have_count(1)
+    assert [one["fits"] for one in bench.ask("all")["steps"]][:2] == [False, True]
+    # axis and labels in one unit
+    shown = [one["error"] for one in bench.ask("all")["steps"]]
+    last = float(page.locator("#staircase .tread .strong").last.text_content())
+    assert last == pytest.approx(shown[2], abs=5.1e-4)
+    marks = page.locator("#staircase > svg > text[text-anchor=end]").all_text_contents()
+    assert max(float(one) for one in marks if one != "Error") < 1.15 * shown[2]

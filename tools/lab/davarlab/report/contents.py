@@ -318,8 +318,9 @@ def of_comparison(
     ranked: Sequence[Candidate] = (),
 ) -> Json:
     """`davarlab compare`, and the report of a session. state: the model refitted on the recording.
-    way: label, error, floor and held-out error of the steps to the model; first: the model of the
-    first step, if later ones added effects to it; ranked: the candidates beside the model."""
+    way: label, error, floor, verdict and held-out error of the steps to the model; first: the
+    model of the first step, if later ones added effects to it; ranked: the candidates beside the
+    model."""
     tone, said = verdict.of_comparison(comparison)
     before, better = (first, comparison) if first else (comparison, None)
     contents = {
@@ -365,6 +366,7 @@ def of_improvement(run: Run, found: Improvement) -> Json:
             "label": "Initial model" if step.added is None else f"+ {words.name(step.added)}",
             "error": step.error,
             "floor": step.error_floor,
+            "fits": step.adequacy != "no",
         }
         for step in found.steps
     ]

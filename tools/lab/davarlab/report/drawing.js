@@ -1,6 +1,5 @@
 // Draws the charts of the report, with the code of the workbench, from the data in the file.
 import { AllanChart } from "/page/chart/allan.js";
-import { reach } from "/page/chart/gauge.js";
 import { failureMap } from "/page/chart/map.js";
 import { staircase } from "/page/chart/stairs.js";
 import { xy } from "/page/chart/xy.js";
@@ -105,7 +104,6 @@ function draw() {
             at("stairs"),
             found.steps.map((one) => ({ ...one, label: labelled(one.label) })),
             null,
-            reach(found.steps),
         );
 }
 

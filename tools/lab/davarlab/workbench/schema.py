@@ -311,6 +311,7 @@ class KeptStep(Given):
     error: Number | None = None
     floor: Number | None = None
     rejected: bool = False
+    fits: bool | None = None
 
 
 class Tree(Given):

@@ -36,7 +36,8 @@ class Log(TypedDict):
 class Step:
     """A model that was reached. text: the model file; off: effects that are switched off, as in a
     model file; fitted: are the values those of a fit; did: what led here, in words; rejected: the
-    recording permits no model."""
+    recording permits no model; fits: its verdict with the candidates, None before they are
+    known."""
 
     number: int
     parent: int | None
@@ -47,6 +48,7 @@ class Step:
     error: float | None = None
     floor: float | None = None
     rejected: bool = False
+    fits: bool | None = None
 
 
 def fit_of(step: Step, steps: list[Step]) -> Step:
@@ -251,6 +253,12 @@ class Steps:
         except BadInput:
             self.held_out = before
             raise
+
+    def settle(self, number: int, fits: bool) -> None:
+        """The verdict of a step stays with it."""
+        if self.steps[number].fits != fits:
+            self.steps[number].fits = fits
+            self.save()
 
     def go(self, number: int) -> None:
         self.save({**self.trees, self.seen: {"steps": self.steps, "current": number}})

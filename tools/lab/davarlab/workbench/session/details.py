@@ -97,6 +97,7 @@ class Details:
             "label": step.did,
             "error": step.error,
             "floor": step.floor,
+            "fits": step.fits,
             "held_out": held and held[0],
         }
 

@@ -37,12 +37,12 @@ class Inspection:
         return views.spectrogram(dataset, column)
 
     def axes(self) -> Json:
-        """The curve of every axis, and of this one in the recording that is held out."""
+        """The curve of every axis, and of this one in the recording that is held out; null where
+        that does not have it."""
         dataset, held = self.there(), self.session.held
-        return {
-            "axes": views.axes(dataset),
-            "held": held and views.measured(held, dataset.selection.column),
-        }
+        column, found = dataset.selection.column, views.axes(dataset)
+        there = held if held and column in held.columns else None
+        return {"axes": found, "held": there and views.measured(there, column)}
 
     def sheet(self, **given: float) -> Json:
         """A data sheet's numbers as a curve: kind = size, in the units of a model file."""

@@ -159,6 +159,7 @@ class Session(Standing):
                     "fitted": s.fitted,
                     "error": None if s.rejected else s.error,
                     "floor": None if s.rejected else s.floor,
+                    "fits": s.fits,
                 }
                 for s in steps.steps
             ],

@@ -1,6 +1,7 @@
 """The steps of a session: which one is current, what is beside it, and what leads to another
 one."""
 
+import contextlib
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
@@ -145,6 +146,9 @@ class Stepping:
                 "state": state,
                 **views.ranking(outcome, dataset.recording, ranked),
             }
+            fits = self.outcome(step).state.judgement.adequate and not found["against"]
+            with contextlib.suppress(BadInput):  # another process has the file: an action says so
+                self.session.open_steps.settle(step.number, fits)
             return self.session.spoken(found)
         except Superseded:
             return {"number": step.number, "state": state, "superseded": True}

@@ -2,6 +2,7 @@
 // half as long along the averaging time where it is too high, so that the sign survives without colour.
 import { svg } from "/page/chart/svg.js";
 
+const START = 0.25; // of the ramp: visible on a dark page too
 const span = (cell) => cell.stop_s - cell.start_s;
 
 // The window lengths of the map, the shortest first.
@@ -48,7 +49,10 @@ export function paint(rect, place, ratio, z) {
     const strength = Math.min(1, Math.abs(octaves)) * sure,
         low = octaves > 0;
     rect.setAttribute("fill", low ? "var(--meas)" : "var(--model)");
-    rect.setAttribute("fill-opacity", strength > 0.02 ? (0.12 + 0.88 * strength).toFixed(2) : 0);
+    rect.setAttribute(
+        "fill-opacity",
+        strength > 0.02 ? (START + (1 - START) * strength).toFixed(2) : 0,
+    );
     const [start, size] = "x" in place ? ["x", "width"] : ["y", "height"];
     rect.setAttribute(start, low ? place[start] : place[start] + place[size] / 4);
     rect.setAttribute(size, low ? place[size] : place[size] / 2);

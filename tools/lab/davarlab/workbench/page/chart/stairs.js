@@ -1,48 +1,56 @@
-// The staircase of the error: one tread a step, over the floor.
-import { GOOD } from "/page/chart/gauge.js";
+// The staircase of the error: one tread a step, over its floor. A tick is the verdict of the step.
+import { marks } from "/page/chart/scale.js";
 import { canvas, svg } from "/page/chart/svg.js";
-import { errorText } from "/page/words.js";
+import { errorText, number } from "/page/words.js";
 
 const PHONE = 560;
 
-// steps: [{label, error, floor, go}], the last one the current; next: {label, error, floor} or null; top: the largest ratio.
-export function staircase(place, steps, next, top) {
+// steps: [{label, error, floor, fits, go}], the last one the current; next: {label, error, floor} or null; most: the largest error of all steps, so that the axis stands still.
+export function staircase(place, steps, next, most = 0) {
     const made = canvas(place);
     if (!made) return null;
     const { drawing, width, height } = made,
         phone = width < PHONE,
         left = phone ? 42 : 48,
         bottom = height - (phone ? 22 : 26),
-        right = phone ? 12 : 70;
-    const Y = (ratio) => bottom - (Math.min(ratio, top) / top) * (bottom - 16),
+        right = phone ? 12 : 70,
+        top = 1.15 * Math.max(most, ...steps.map((one) => Math.max(one.error, 2 * one.floor)));
+    const Y = (error) => bottom - (Math.min(error, top) / top) * (bottom - 16),
         shown = steps.slice(-(phone ? 3 : 6));
     const slots = Math.max(3, shown.length + 1),
         tread = (width - left - 12 - (phone ? 0 : 70)) / slots;
     drawing.setAttribute("role", "group");
-    drawing.setAttribute("aria-label", "Error over its floor, step by step");
-    if (!phone)
-        svg("text", { x: width - 92, y: 22, "text-anchor": "end" }, drawing, "Error over floor");
+    drawing.setAttribute("aria-label", "Error, step by step");
+    if (!phone) svg("text", { x: width - 92, y: 22, "text-anchor": "end" }, drawing, "Error");
+    for (const [value] of marks(false, 0, top, (bottom - 16) / 28)) {
+        const y = Y(value);
+        svg("line", { x1: left, x2: width - right, y1: y, y2: y, stroke: "var(--grid)" }, drawing);
+        svg("text", { x: left - 6, y: y + 4, "text-anchor": "end" }, drawing, number(value, 2));
+    }
+    const floors = shown.map((one, i) => {
+        const end = i === shown.length - 1 ? width - right : left + (i + 1) * tread;
+        return `M${left + i * tread} ${Y(one.floor)}H${end}`;
+    });
     svg(
-        "line",
+        "path",
         {
-            x1: left,
-            x2: width - right,
-            y1: Y(1),
-            y2: Y(1),
+            d: floors.join(""),
             stroke: "var(--good)",
             "stroke-width": 2,
             "stroke-dasharray": "6 4",
+            class: "floor",
         },
         drawing,
     );
-    svg("text", { x: left - 6, y: Y(1) + 4, "text-anchor": "end" }, drawing, "1");
-    const mark = Math.floor(top * 0.75);
-    if (mark > 1 && Y(1) - Y(mark) > 20)
-        svg("text", { x: left - 6, y: Y(mark) + 4, "text-anchor": "end" }, drawing, String(mark));
-    if (!phone)
+    if (!phone && shown.length)
         svg(
             "text",
-            { x: width - 62, y: Y(1) + 4, style: "fill:var(--good)", class: "strong" },
+            {
+                x: width - 62,
+                y: Y(shown.at(-1).floor) + 4,
+                style: "fill:var(--good)",
+                class: "strong",
+            },
             drawing,
             "floor",
         );
@@ -54,9 +62,8 @@ export function staircase(place, steps, next, top) {
     shown.forEach((step, i) => {
         const x = left + i * tread,
             current = i === shown.length - 1,
-            ratio = step.error / step.floor,
-            y = Y(ratio);
-        const colour = (step.good ?? ratio <= GOOD) ? "var(--good)" : "var(--meas)",
+            y = Y(step.error);
+        const colour = step.fits ? "var(--good)" : "var(--meas)",
             group = svg("g", { class: "tread" }, drawing);
         svg(
             "rect",
@@ -109,7 +116,7 @@ export function staircase(place, steps, next, top) {
             "text",
             { x: x + 8, y: Math.max(y - 7, 13), class: "ink strong halo", style: "font-size:15px" },
             group,
-            `${colour === "var(--good)" ? "✓ " : ""}${errorText(step.error)}`,
+            `${step.fits ? "✓ " : ""}${errorText(step.error)}`,
         );
         svg(
             "text",
@@ -126,7 +133,7 @@ export function staircase(place, steps, next, top) {
     });
     if (next) {
         const x = left + shown.length * tread,
-            y = Y(next.error / next.floor);
+            y = Y(next.error);
         svg(
             "rect",
             {

@@ -1,5 +1,4 @@
 // The steps: the position in the tree, undo and redo, and the staircase of the error.
-import { reach } from "/page/chart/gauge.js";
 import { staircase } from "/page/chart/stairs.js";
 import { save } from "/page/chart/svg.js";
 import { expected } from "/page/parts/next.js";
@@ -60,13 +59,13 @@ export function stairs() {
         Object.assign(last, {
             error: now.drawn.error,
             floor: now.drawn.floor,
-            good: now.drawn.moving ? false : settled(),
+            fits: now.drawn.moving ? false : settled(),
         });
     staircase(
         at("staircase"),
         steps.filter((one) => one.error !== null),
         now.next || expected(),
-        reach(now.all.steps),
+        Math.max(...now.all.steps.map((one) => one.error)),
     );
 }
 

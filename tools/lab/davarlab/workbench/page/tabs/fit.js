@@ -124,6 +124,7 @@ async function layOver() {
         } else if (key) {
             const { axes, held } = await ask("axes"),
                 one = kind === "held" ? held : axes.find((axis) => axis.column === which);
+            if (!one) throw new Error(`${name} does not have ${now.all.column}`);
             found = { tau_s: one.tau_s, deviation: one.measured, points: true };
         }
         if (turn !== now.turn) return;
