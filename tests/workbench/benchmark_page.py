@@ -18,6 +18,8 @@ from visiting import Started, Tabs, effects, ranked, tab
 GOALS = {
     "first curve after the file is there, s": 3.0,
     "slider to curve, ms": 16.0,
+    "frame while a curve is dragged, ms": 33.0,
+    "the same on a processor four times slower, ms": 33.0,
     "value set by hand to verdict, ms": 300.0,
     "refit, ms": 300.0,
     "first candidates, s": 1.0,
@@ -42,6 +44,23 @@ SLIDE = """async (input) => {
   }
   return spent;
 }"""
+FRAMES = """() => {
+  window.frames = [];
+  let last = performance.now();
+  const tick = () => {
+    const now = performance.now();
+    window.frames.push(now - last);
+    last = now;
+    requestAnimationFrame(tick);
+  };
+  requestAnimationFrame(tick);
+}"""
+# A point of a curve in the window, a fifth of the way along it.
+HANDLE = """(path) => {
+  const at = path.getPointAtLength(path.getTotalLength() / 5).matrixTransform(path.getScreenCTM());
+  return [at.x, at.y];
+}"""
+MOVES = 60
 PLAN = """async (input) => {
   const spent = [], plan = document.getElementById("plan");
   const move = async (value) => {
@@ -83,6 +102,27 @@ def spent(work):
     return time.perf_counter() - begin
 
 
+def dragged(page, slower):
+    """The 95th percentile of the frames, ms, while the mouse drags the curve of the white noise,
+    then back."""
+    page.wait_for_timeout(REST_MS)
+    speed = page.context.new_cdp_session(page)
+    speed.send("Emulation.setCPUThrottlingRate", {"rate": slower})
+    x, y = page.locator(".part-hit[data-kind=angle_random_walk]").evaluate(HANDLE)
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.evaluate(FRAMES)
+    for i in range(MOVES):
+        page.mouse.move(x, y - i % (MOVES // 2))
+    frames = page.evaluate("window.frames")
+    page.mouse.move(x, y)
+    page.mouse.up()
+    speed.send("Emulation.setCPUThrottlingRate", {"rate": 1})
+    page.reload()  # ends the measurement
+    ranked(page)
+    return statistics.quantiles(frames, n=20)[-1]
+
+
 def one_session(page, data):
     page.click("#tutorial")
     page.wait_for_selector("#headline h1")
@@ -96,6 +136,8 @@ def one_session(page, data):
     every = first + spent(lambda: ranked(page))
     page.wait_for_timeout(REST_MS)
     yield statistics.median(page.locator(SLIDER).evaluate(SLIDE))
+    yield from (dragged(page, slower) for slower in (1, 4))
+    page.wait_for_timeout(REST_MS)
     page.locator("[data-kind=angle_random_walk] input[type=number]").fill("0.4")
     yield until(page, "document.activeElement.blur()", f"{BACK} && {QUIET}")
     yield until(page, "document.getElementById('refit').click()", f"!{BACK} && {QUIET}")

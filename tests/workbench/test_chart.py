@@ -109,14 +109,19 @@ def test_two_fingers_zoom_and_one_still_scrolls(folder, opened, tabs):
 def test_one_crosshair_reads_out_the_chart_and_the_cell_below(folder, opened, tabs):
     page = tabs.open(opened(simulated(folder)))
     ranked(page)
-    cell = page.locator("#deviation .hit").nth(3)
-    cell.hover()
+    cell = page.locator("#deviation .strip rect").nth(3)
+    cell.hover(force=True)
     readout = page.locator("#readout")
     expect(readout).to_have_text(
         re.compile(r"s: measured [\d.e-]+ \[.*\], model [\d.e-]+, [\d.]+×; .+ to .+: [\d.]+×$")
     )
+    chosen = page.locator("#deviation rect[stroke-width='2.5']")
+    expect(chosen).to_have_attribute("width", "0")
+    cell.click(force=True)
+    expect(chosen).not_to_have_attribute("width", "0")
+    said = readout.inner_text()
     page.mouse.move(5, 5)
-    expect(readout).to_have_text("")
+    expect(readout).to_have_text(said)  # the selected cell
     page.press("#deviation svg", "w")  # with keys, the cell that the headline names
     expect(readout).to_contain_text("measured")
 

@@ -219,6 +219,7 @@ async function draw(turn, before) {
     where.selections();
     held.names();
     head.headline();
+    steps.stairs();
     await tabs.draw();
     stale(false);
     refocus();
@@ -238,7 +239,6 @@ function settle(target) {
 function drawn() {
     head.error();
     if (tabs.showing("fit")) fit.update(now.drawn);
-    steps.stairs();
 }
 
 // A step moves curve, band and cells. Error and words change at once.

@@ -341,22 +341,13 @@ export class AllanChart {
         const { X, Y, R, small } = this,
             { tau, curve } = state;
         this.model.setAttribute("d", line(X, Y, curve.tau_s, curve.model));
-        this.parts.forEach((path, i) =>
-            path.setAttribute(
-                "d",
-                state.effects[i] ? line(X, Y, curve.tau_s, state.effects[i].curve) : "",
-            ),
-        );
-        this.overlays.forEach((path, i) => {
-            const { tau_s, deviation, points } = this.overlay[i];
-            path.setAttribute("d", (points ? dotted : line)(X, Y, tau_s, deviation));
+        this.parts.forEach((path, i) => {
+            const part = state.effects[i]?.curve;
+            if (path.drawn !== part)
+                path.setAttribute("d", part ? line(X, Y, curve.tau_s, part) : "");
+            path.drawn = part;
         });
-        this.dots.forEach((dot, i) => dot.setAttribute("cy", Y(state.measured[i])));
-        const { measured_low: from, measured_high: to } = state;
-        this.whiskers.setAttribute(
-            "d",
-            tau.map((one, i) => `M${X(one)} ${Y(from[i])}V${Y(to[i])}`).join(""),
-        );
+        if (this.points !== state.measured) this.measure(state); // stays while a value moves
         if (!small) {
             const over = (side) => side.map((value, i) => value / state.model[i]);
             this.ratioBand.setAttribute("d", area(X, R, tau, over(state.low), over(state.high)));
@@ -378,6 +369,21 @@ export class AllanChart {
                 cells.paint(rect, box, state.cells[index].ratio, state.cells[index].z);
         }
         this.name();
+    }
+
+    // What no value of the model moves.
+    measure({ tau, measured, measured_low: low, measured_high: high }) {
+        const { X, Y } = this;
+        this.points = measured;
+        this.overlays.forEach((path, i) => {
+            const { tau_s, deviation, points } = this.overlay[i];
+            path.setAttribute("d", (points ? dotted : line)(X, Y, tau_s, deviation));
+        });
+        this.dots.forEach((dot, i) => dot.setAttribute("cy", Y(measured[i])));
+        this.whiskers.setAttribute(
+            "d",
+            tau.map((one, i) => `M${X(one)} ${Y(low[i])}V${Y(high[i])}`).join(""),
+        );
     }
 
     showBefore(state) {

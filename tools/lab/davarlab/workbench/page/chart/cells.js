@@ -48,11 +48,12 @@ export function paint(rect, place, ratio, z) {
         sure = Math.min(1, Math.max(0, (Math.abs(z) - 2) / 2));
     const strength = Math.min(1, Math.abs(octaves)) * sure,
         low = octaves > 0;
+    const shown = strength > 0.02 ? (START + (1 - START) * strength).toFixed(2) : 0,
+        key = `${low} ${shown}`;
+    if (rect.painted === key) return; // most cells stay while a value moves
+    rect.painted = key;
     rect.setAttribute("fill", low ? "var(--meas)" : "var(--model)");
-    rect.setAttribute(
-        "fill-opacity",
-        strength > 0.02 ? (START + (1 - START) * strength).toFixed(2) : 0,
-    );
+    rect.setAttribute("fill-opacity", shown);
     const [start, size] = "x" in place ? ["x", "width"] : ["y", "height"];
     rect.setAttribute(start, low ? place[start] : place[start] + place[size] / 4);
     rect.setAttribute(size, low ? place[size] : place[size] / 2);

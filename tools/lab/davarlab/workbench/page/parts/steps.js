@@ -55,12 +55,7 @@ export function stairs() {
         go: () => acting("Loading the step", "go", { number: step.number }),
     }));
     const last = steps.at(-1);
-    if (last)
-        Object.assign(last, {
-            error: now.drawn.error,
-            floor: now.drawn.floor,
-            fits: now.drawn.moving ? false : settled(),
-        });
+    if (last) last.fits = settled();
     staircase(
         at("staircase"),
         steps.filter((one) => one.error !== null),

@@ -64,6 +64,11 @@ export function build(panel) {
         }),
     );
     hands(at("deviation"), () => chart, look, point);
+    at("deviation").addEventListener("click", (event) => {
+        const { left, top } = at("deviation").getBoundingClientRect(),
+            found = chart?.ready && chart.under(event.clientX - left, event.clientY - top);
+        if (found?.cell) show("cell", found.cell);
+    });
 }
 
 // Draws a zoom, once a frame. null: all of it.
@@ -71,7 +76,7 @@ function look(zoom) {
     zoomed = zoom;
     frame ||= requestAnimationFrame(() => {
         frame = 0;
-        draw();
+        chartOnly();
     });
 }
 
@@ -136,6 +141,14 @@ async function layOver() {
 export function draw() {
     const all = cells.lengths(now.view.map);
     if (!all.includes(now.length)) now.length = all[0] ?? 0;
+    chartOnly();
+    offered();
+    if (!chart.ready) return;
+    if (!chart.phone) windows(all);
+    at("windows").hidden = chart.phone || all.length < 2;
+}
+
+function chartOnly() {
     const focused = at("deviation").contains(document.activeElement);
     chart = new AllanChart(at("deviation"), now.drawn, {
         range: ranged(),
@@ -146,12 +159,9 @@ export function draw() {
         shown: [...now.view.shown_s, now.view.adequate ? "not confirmed" : "not tested"],
         overlay: [now.sheet && { ...now.sheet, name: "data sheet" }, over].filter(Boolean),
     });
-    offered();
     at("zoomed").textContent = zoomed ? zoomed.tau.map(brief).join(" to ") : "";
     at("zoom-all").hidden = !zoomed;
     if (!chart.ready) return;
-    if (!chart.phone) windows(all);
-    at("windows").hidden = chart.phone || all.length < 2;
     grasp();
     keys(chart.drawing, focused);
     showBefore();
@@ -228,7 +238,7 @@ export function zoom(factor) {
 const held = { part: null };
 
 function grasp() {
-    const { drawing, Y } = chart;
+    const { Y } = chart;
     chart.parts.forEach((path, i) => {
         const effect = now.view.deviation.effects[i],
             card = effect && cardOf(now.view, effect),
@@ -267,14 +277,6 @@ function grasp() {
             held.part = null;
         });
     });
-    for (const one of chart.cells) {
-        const hit = svg(
-            "rect",
-            { ...one.box, "fill-opacity": 0, style: "cursor:pointer", class: "hit" },
-            drawing,
-        );
-        hit.addEventListener("click", () => show("cell", one.cell));
-    }
 }
 
 // --- keys ---
