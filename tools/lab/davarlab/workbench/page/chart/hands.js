@@ -22,7 +22,7 @@ export function zoomed({ X, Y, whole }, factor, x, y) {
             : between(axis, at + (axis.a - at) * factor, at + (axis.b - at) * factor, all);
     const tau = part(X, x, whole.tau),
         range = part(Y, y, whole.range);
-    const complete = ([from, to], [low, high]) => from <= low * 1.001 && to >= high * 0.999;
+    const complete = (shown, all) => shown[0] <= all[0] * 1.001 && shown[1] >= all[1] * 0.999;
     return complete(tau, whole.tau) && (factor > 1 || complete(range, whole.range))
         ? null
         : { tau, range };
