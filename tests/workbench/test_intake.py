@@ -88,6 +88,20 @@ def test_lines_are_skipped_and_columns_named(folder, opened, tabs):
     assert "--names time_ms,gyro_z_dps,temp_degC" in bench.ask("all")["commands"][0]
 
 
+def test_the_factors_that_a_log_states_are_shown_and_used(folder, opened, tabs):
+    """Counts of 0.001 rad/s every 10 ms, as Gyroflow writes them."""
+    top = "GYROFLOW IMU LOG\nversion,1.3\ntscale,0.01\ngscale,0.001\nt,gx,gy,gz\n"
+    made = random.Random(4)
+    rows = (f"{i},{round(made.gauss(0, 20))},{i % 3},{i % 5}\n" for i in range(3000))
+    (folder / "log.gcsv").write_text(top + "".join(rows))
+    page = dropped(tabs.open(opened()), folder / "log.gcsv")
+    factor = page.locator("[data-index='1'][data-key=factor]")
+    assert float(factor.input_value()) == pytest.approx(math.degrees(0.001), rel=1e-3)
+    read(page)
+    expect(page.locator("#recording")).to_contain_text("100 Hz")
+    assert arw_of(page) == pytest.approx(math.degrees(0.02) / math.sqrt(100) * 60, rel=0.1)
+
+
 def test_doubts_are_shown_before_anything_is_fitted_and_can_be_corrected(folder, opened, tabs):
     page = tabs.open(opened(noise(folder / "rec.csv", "time_s,gyro_z_dps", step=10000)))
     expect(page.locator("#doubts")).to_contain_text("implausible sample rate 0.0001 Hz")

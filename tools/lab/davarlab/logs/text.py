@@ -19,6 +19,7 @@ from .options import Options
 from .sensor import Samples, Sensor
 
 CHANGES_LEAST = 20  # of coarse stamps: with fewer, the rate would be off by more than 5 %
+COUNTS = "counts"  # of whatever unit: the factor decides
 GYROFLOW, FACTORS = "GYROFLOW IMU LOG", {"tscale": 0.001, "gscale": 1.0, "ascale": 1.0}
 ACCEL = re.compile(r"accel_[xyz]_(g|mg|m_s2|mps2)")
 
@@ -248,11 +249,11 @@ def known_of(found: table.Table) -> guess.Known:
     pairs = (re.split("[,:] *", line) for line in found.above)
     said = {pair[0]: float(pair[1]) for pair in pairs if pair[0] in FACTORS and len(pair) == 2}
     scale = {name: said.get(name, default) for name, default in FACTORS.items()}
-    unit = next((one for one, size in guess.SECONDS.items() if size == scale["tscale"]), "")
+    unit = next((one for one, size in guess.SECONDS.items() if size == scale["tscale"]), COUNTS)
     return {
         "time": (unit, scale["tscale"], "by its tscale"),
-        "gyro": ("rad/s", scale["gscale"] * guess.RATES["rad/s"], "by its gscale"),
-        "accel": ("g", scale["ascale"], "by its ascale"),
+        "gyro": (COUNTS, scale["gscale"] * guess.RATES["rad/s"], "by its gscale"),
+        "accel": (COUNTS, scale["ascale"], "by its ascale"),
     }
 
 

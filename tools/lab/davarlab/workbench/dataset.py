@@ -24,6 +24,7 @@ from ..errors import BadInput
 from ..inference.parts import Part
 from ..logs import formats
 from ..logs import text as texts
+from ..logs.named import with_known
 from ..logs.options import Options
 from ..logs.sensor import Samples, Sensor
 from ..report.values import Json
@@ -71,8 +72,10 @@ def preview(
     """What looked_at() found, before it is a recording: (guesses for its columns, or what was said
     of them, what a page shows of it). skip: lines of a text that were skipped."""
     columns = log.columns
-    rates = log.rates if isinstance(log, tables.Table) else []
-    found, count = said or meaning.guesses(columns, rates), len(next(iter(columns.values())))
+    text = log if isinstance(log, tables.Table) else None
+    rates, known = (text.rates, texts.known_of(text)) if text else ([], {})
+    found = said or meaning.guesses(columns, rates, lambda ones: with_known(ones, known))
+    count = len(next(iter(columns.values())))
     ticks = clock_of(columns, found, path, log.line)
     places = ticks.places if ticks else log.places
     missing = 0 if places is None else int(places[-1]) + 1 - count
