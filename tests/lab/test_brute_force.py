@@ -16,6 +16,7 @@ from davarlab.diagnosis import diagnose, fitting, improve
 from davarlab.effects.device import chain_of_levels
 from davarlab.inference import allan, estimate, refine, states, whittle
 from davarlab.inference.parts import Bench, Part
+from davarlab.thresholds import EVENTS
 from elsewhere import telegraph
 from scipy import optimize, signal, stats
 
@@ -159,7 +160,7 @@ def test_jumps_do_not_depend_on_the_pieces_in_which_they_are_looked_for():
     x, good = np.round(3 * rng.standard_normal(30_000)) * 0.1, rng.random(30_000) > 0.02
     x[rng.integers(3, 29_990, 30)] += 25.6
     whole = events.jumps_of("gyro_x_dps", x, good)
-    with mock.patch.object(events, "PIECE", 3 * events.NOISE_BLOCK):
+    with mock.patch.object(events, "PIECE", 3 * EVENTS.noise_block):
         pieces = events.jumps_of("gyro_x_dps", x, good)
     assert len(whole.at) > 20
     for name in ("at", "size", "noise"):

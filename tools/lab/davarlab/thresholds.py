@@ -1034,6 +1034,61 @@ class Motion:
     )
 
 
+@dataclass(frozen=True)
+class Events:
+    """Isolated outliers and torn register reads (data/events.py)."""
+
+    wild: float = threshold(
+        5.6, "standard deviations", "DESIGN 6.1", "above which a single sample is no noise"
+    )
+    replaced: int = threshold(
+        4, "samples", "choice", "on each side of a shock that are replaced with it"
+    )
+    local_samples: int = threshold(
+        201, "samples", "choice", "around a wild one, whose mean stands for the record without it"
+    )
+    power_least: int = threshold(
+        4, "power of two, counts", "DESIGN 13.5", "the smallest jump of a torn read"
+    )
+    power_most: int = threshold(
+        23, "power of two, counts", "DESIGN 13.5", "the largest jump of a torn read"
+    )
+    far: float = threshold(
+        12.0,
+        "times the noise of a jump",
+        "DESIGN 13.5",
+        "above which a power of two is tested; a jump begins at this over the square root of 2",
+    )
+    noise_block: int = threshold(
+        200, "samples", "choice", "in which the noise beside a jump is measured"
+    )
+    rounded: float = threshold(0.5, "counts", "choice", "noise of a jump, at least")
+    grid_counts: float = threshold(
+        0.25, "counts", "choice", "by which the mean of many jumps may be off"
+    )
+    hit: float = threshold(
+        4.0,
+        "standard deviations",
+        "DESIGN 13.5",
+        "from a power of two, within which a jump is a torn read",
+    )
+    scattered: float = threshold(
+        0.01, "chance", "DESIGN 13.5", "that the jumps of torn reads scatter more"
+    )
+    unrelated: float = threshold(
+        100.0, "times", "DESIGN 13.5", "likelier that torn reads must be than unrelated shocks"
+    )
+    one_size: float = threshold(
+        10.0, "times", "DESIGN 13.5", "likelier that torn reads must be than shocks of one size"
+    )
+    torn_shares: tuple[float, float, int] = threshold(
+        (0.05, 0.95, 10),
+        "shares: first, last, number",
+        "DESIGN 13.5",
+        "of the jumps that may be torn reads, over which the mean is taken",
+    )
+
+
 CHANCE = Chance()
 JUDGE = Judge()
 READING = Reading()
@@ -1053,6 +1108,7 @@ CHANGE = Change()
 FIT = Fit()
 SIGNALS = Signals()
 MOTION = Motion()
+EVENTS = Events()
 TABLE = {
     "CHANCE": CHANCE,
     "JUDGE": JUDGE,
@@ -1073,4 +1129,5 @@ TABLE = {
     "FIT": FIT,
     "SIGNALS": SIGNALS,
     "MOTION": MOTION,
+    "EVENTS": EVENTS,
 }

@@ -9,21 +9,12 @@ from scipy import ndimage
 
 from ..arrays import Bools, Floats, Ints
 from ..distributions import chi2_isf, norm_logpdf, norm_logsf, norm_pdf, norm_sf, poisson_logsf
+from ..thresholds import EVENTS
 from . import counts, signals
 
-THRESHOLD = 5.6
-REACH = 4
-# Torn reads: powers of two in counts, and by how many times the noise the jump must exceed it.
-LEAST_POWER, MOST_POWER, FAR = 4, 23, 12.0
-NOISE_BLOCK = 200  # samples in which the noise beside a jump is measured
-PIECE = 1000 * NOISE_BLOCK  # samples that are looked at together; the result does not depend on it
-ROUNDED = 0.5  # counts: noise of a jump at least
-GRID_COUNTS = 0.25  # by which a mean of many jumps may be off
-HIT = 4.0  # standard deviations from a power of two, within which a jump is a torn read
-SCATTERED = 0.01  # chance that the jumps of torn reads scatter more
-# How many times likelier torn reads must be than shocks of unrelated sizes, and of one size.
-UNRELATED, ONE_SIZE = 100.0, 10.0
-SHARES = np.linspace(0.05, 0.95, 10)  # of the jumps that are torn reads
+# Samples that are looked at together; the result does not depend on it.
+PIECE = 1000 * EVENTS.noise_block
+SHARES = np.linspace(*EVENTS.torn_shares)
 
 
 @dataclass(frozen=True)
@@ -88,19 +79,19 @@ def find(y: Floats, rate_hz: float, reach_dps: float = 0.0) -> Shocks:
     score /= np.maximum(scale, 1e-30, out=scale)
     del scale
     if reach_dps:
-        score[np.abs(y - ndimage.uniform_filter1d(y, 201)) < reach_dps] = 0
-    wild = np.flatnonzero(score > THRESHOLD)
+        score[np.abs(y - ndimage.uniform_filter1d(y, EVENTS.local_samples)) < reach_dps] = 0
+    wild = np.flatnonzero(score > EVENTS.wild)
     if not len(wild) or len(wild) > 0.004 * len(y):
         return Shocks(0, 0.0, np.zeros(0, int), 0.0, 0.0, y, y)
     groups = np.split(wild, np.flatnonzero(np.diff(wild) > rate_hz / 2) + 1)
     clean, sizes = y.copy(), []
-    near = ndimage.binary_dilation(score > THRESHOLD, iterations=REACH)
+    near = ndimage.binary_dilation(score > EVENTS.wild, iterations=EVENTS.replaced)
     good = np.flatnonzero(~near)
-    clean[near] = local_mean(y, ~near, 201)[near]
+    clean[near] = local_mean(y, ~near, EVENTS.local_samples)[near]
     for group in groups:
         low, high = max(0, group[0] - 30), min(len(y), group[-1] + 31)
         sizes.append(np.abs(y[group] - np.median(clean[low:high])).max())
-    expected = len(y) * 2 * norm_sf(THRESHOLD)
+    expected = len(y) * 2 * norm_sf(EVENTS.wild)
     peaks = np.array([score[group].max() for group in groups])
     log_p = poisson_logsf(len(groups) - 1, expected)
     log_p = min(log_p, np.log(len(y)) + np.log(2) + norm_logsf(peaks.max()))
@@ -143,23 +134,25 @@ def jumps_of(column: str, x: Floats, good: Bools) -> Jumps | None:
     q = counts.step(part) if len(at) else 0.0
     if not q:
         return None
-    found = Jumps(column, np.flatnonzero(good)[2:-2][at], size / q, np.maximum(noise / q, ROUNDED))
-    return found.some(found.size > FAR / np.sqrt(2) * found.noise)
+    found = Jumps(
+        column, np.flatnonzero(good)[2:-2][at], size / q, np.maximum(noise / q, EVENTS.rounded)
+    )
+    return found.some(found.size > EVENTS.far / np.sqrt(2) * found.noise)
 
 
 def leaving(x: Floats, first: int, end: int) -> tuple[Ints, Floats, Floats]:
     """(index, size, noise) of the samples x[2 + index], first <= index < end, that leave their
     neighbours and come back."""
-    low = max(0, first - 2 * NOISE_BLOCK)  # as far as the noise beside a sample is looked at
-    part = x[low : end + 2 * NOISE_BLOCK + 4]
+    low = max(0, first - 2 * EVENTS.noise_block)  # as far as the noise beside a sample is looked at
+    part = x[low : end + 2 * EVENTS.noise_block + 4]
     beside = [part[:-4], part[1:-3], part[3:-1], part[4:]]
     least = np.minimum(np.minimum(beside[0], beside[1]), np.minimum(beside[2], beside[3]))
     most = np.maximum(np.maximum(beside[0], beside[1]), np.maximum(beside[2], beside[3]))
     usual = (beside[0] + beside[1] + beside[2] + beside[3] - least - most) / 2  # their median
     off = part[2:-2] - usual
-    noise = local_scale(off, NOISE_BLOCK)
+    noise = local_scale(off, EVENTS.noise_block)
     nearer = np.maximum(np.abs(beside[1] - usual), np.abs(beside[2] - usual))
-    far = (np.abs(off) > FAR / np.sqrt(2) * noise) & (nearer < np.abs(off) / 2)
+    far = (np.abs(off) > EVENTS.far / np.sqrt(2) * noise) & (nearer < np.abs(off) / 2)
     at = np.flatnonzero(far[first - low : end - low]) + first - low
     return at + low, np.abs(off[at]), noise[at]
 
@@ -173,33 +166,33 @@ def torn(columns: Mapping[str, Floats], good: Bools) -> dict[int, list[Jumps]]:
     may have that size by chance. Therefore the jumps within half an octave of 2^k, on all columns,
     must pass three tests. K is the number of octaves that have jumps.
 
-    - Torn reads explain the jumps UNRELATED * K times better than sizes that are uniform in their
-      logarithms. By Markov's inequality, shocks of such sizes pass in less than 1 / UNRELATED of
+    - Torn reads explain the jumps `unrelated` * K times better than sizes that are uniform in their
+      logarithms. By Markov's inequality, shocks of such sizes pass in less than 1 / `unrelated` of
       the recordings, however many shocks there are.
-    - The mean of the jumps near 2^k is ONE_SIZE * K times as likely as with one unknown size per
-      kind of sensor. Shocks of one size pass in less than 1 / ONE_SIZE of the recordings.
-    - The jumps near 2^k scatter about it as the noise does (chi-square, SCATTERED).
+    - The mean of the jumps near 2^k is `one_size` * K times as likely as with one unknown size per
+      kind of sensor. Shocks of one size pass in less than 1 / `one_size` of the recordings.
+    - The jumps near 2^k scatter about it as the noise does (chi-square, `scattered`).
 
     A single jump can pass only if 2^k is above 362 times its noise. A column whose values hardly
     repeat has no counts, so no torn read is found there. Cost: about 20 operations per sample and
     column. Source: DESIGN 13.5.
     """
-    if np.count_nonzero(good) < 2 * NOISE_BLOCK:
+    if np.count_nonzero(good) < 2 * EVENTS.noise_block:
         return {}
     all_jumps = [
         jumps for name, x in columns.items() if (jumps := jumps_of(name, x, good)) is not None
     ]
     octaves: dict[int, list[Jumps]] = {}
-    for power in range(LEAST_POWER, MOST_POWER + 1):
+    for power in range(EVENTS.power_least, EVENTS.power_most + 1):
         near = [
-            one.some((np.round(np.log2(one.size)) == power) & (2**power > FAR * one.noise))
+            one.some((np.round(np.log2(one.size)) == power) & (2**power > EVENTS.far * one.noise))
             for one in all_jumps
         ]
         if any(len(one.at) for one in near):
             octaves[power] = [one for one in near if len(one.at)]
     found = {}
     for power, near in octaves.items():
-        hits = [one.some(np.abs(one.size - 2**power) < HIT * one.noise) for one in near]
+        hits = [one.some(np.abs(one.size - 2**power) < EVENTS.hit * one.noise) for one in near]
         hits = [one for one in hits if len(one.at)]
         if are_torn(near, hits, power, len(octaves)):
             found[power] = hits
@@ -219,9 +212,9 @@ def are_torn(jumps: Sequence[Jumps], hits: Sequence[Jumps], power: int, octaves:
     off = [(one.size - 2**power) / one.noise for one in hits]
     square = float(sum(np.sum(z**2) for z in off))
     return bool(
-        np.logaddexp.reduce(unrelated) - np.log(len(SHARES)) > np.log(UNRELATED * octaves)
-        and of_one_size(hits, power) > np.log(ONE_SIZE * octaves)
-        and square < chi2_isf(SCATTERED, sum(len(z) for z in off))
+        np.logaddexp.reduce(unrelated) - np.log(len(SHARES)) > np.log(EVENTS.unrelated * octaves)
+        and of_one_size(hits, power) > np.log(EVENTS.one_size * octaves)
+        and square < chi2_isf(EVENTS.scattered, sum(len(z) for z in off))
     )
 
 
@@ -233,6 +226,6 @@ def of_one_size(hits: Sequence[Jumps], power: int) -> float:
         own = [one for one in hits if one.column.split("_")[0] == kind]
         weight = np.concatenate([one.noise for one in own]) ** -2.0
         mean = float(np.average(np.concatenate([one.size for one in own]), weights=weight))
-        error = float(np.hypot(weight.sum() ** -0.5, GRID_COUNTS))
+        error = float(np.hypot(weight.sum() ** -0.5, EVENTS.grid_counts))
         total += float(norm_logpdf(mean, 2**power, error) + np.log(mean * np.log(2)))
     return total

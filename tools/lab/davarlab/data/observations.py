@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Bools, Floats
-from ..thresholds import MOTION
+from ..thresholds import EVENTS, MOTION
 from . import counts as counted
 from . import events, motion, plausible, repeats, signals
 from .recording import Recording
@@ -19,7 +19,6 @@ COARSER = (
 )  # of the noise per sample: the rounding of larger counts changes mean and variance
 LEVELS = 8  # distinct values that a column needs before its extremes are tested for clipping
 PILED = 8  # a clipped extreme occurs more often than this many times its neighbouring values
-NEAR = 201  # samples around an outlier, whose mean it leaves
 BESIDE = 3  # values on each side that a dead zone is compared with
 DEAD_PILED = 4  # the value of a dead zone occurs more often than this many times its neighbours
 DEAD_SHARE = 0.1  # of the samples that have the value of a dead zone, at least
@@ -400,7 +399,7 @@ def outliers(recording: Recording, x: Floats, good: Bools) -> Observation | None
     mask, _ = motion.lone(w, good)
     known = counted.found(x[good], recording.rate_hz) if mask.any() else None
     if known and known.reach_dps:  # a count more is no outlier where a count exceeds the noise
-        mask &= np.abs(x - events.local_mean(x, good, NEAR)) > known.reach_dps
+        mask &= np.abs(x - events.local_mean(x, good, EVENTS.local_samples)) > known.reach_dps
     if not mask.any():
         return None
     return of_mask(
