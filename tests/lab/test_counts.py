@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from davarlab.data import counts, observations, repeats, signals
 from davarlab.diagnosis import improve
+from davarlab.thresholds import COUNTS
 from scipy import signal
 
 RATE, N, B = 100.0, 0.3, 5.0
@@ -87,7 +88,7 @@ def test_the_error_spectrum_is_that_of_a_rounded_walk():
     for sigma, mean in ((0.1, 0.37), (0.2, 0.13), (0.3, 0.013), (0.5, 0.2)):
         angle = np.cumsum(mean + sigma * rng.normal(size=400000))
         nu, drawn = signal.periodogram(np.round(angle) - angle, 2.0, "hann", detrend=False)
-        increments = np.zeros(counts.LAGS + 1)
+        increments = np.zeros(COUNTS.lags + 1)
         increments[0] = sigma**2
         known = counts.error_spectrum(increments, np.array([mean]))
         ratio = [

@@ -1089,6 +1089,121 @@ class Events:
     )
 
 
+@dataclass(frozen=True)
+class Counts:
+    """The step in which a rate or an angle comes, and what its rounding adds (data/counts.py)."""
+
+    step_samples: int = threshold(
+        10**6, "samples", "choice", "of a record that the count is sought in, evenly spaced"
+    )
+    distinct: int = threshold(
+        20, "samples per distinct value", "choice", "from which the values of a record repeat"
+    )
+    split: float = threshold(
+        20.0,
+        "ratio of neighbouring distances",
+        "choice",
+        "from which the smaller ones are the rounding of one and the same count",
+    )
+    sum_rounding: float = threshold(
+        2e-6, "of the largest value", "choice", "by which sums of counts may differ"
+    )
+    uneven: float = threshold(
+        0.12, "of a count", "choice", "rms from an even grid, from which the levels have none"
+    )
+    on_grid: float = threshold(
+        0.95,
+        "length of a mean direction",
+        "choice",
+        "of the values, one count a turn, above which they lie on the grid",
+    )
+    angle_up_to: float = threshold(
+        3.0,
+        "counts of noise",
+        "DESIGN 14",
+        "from which rate and angle cannot be told apart, and need not be",
+    )
+    fine: float = threshold(
+        0.6,
+        "counts of noise",
+        "DESIGN 14.1",
+        "from which the rounding of a rate is white noise of 1/12 count squared",
+    )
+    smeared: float = threshold(
+        0.35,
+        "counts of noise per sample",
+        "DESIGN 14.3",
+        "from which a counted angle has the usual spectrum",
+    )
+    suspended: float = threshold(
+        0.25,
+        "counts of noise per sample",
+        "DESIGN 14.3",
+        "below which the noise of a counted angle changes in ways that are not modelled",
+    )
+    phase_grid: tuple[float, float, int] = threshold(
+        (-0.5, 0.5, 401),
+        "counts: first, last, number",
+        "choice",
+        "of the bias beside a count, at which mean and variance of rounded noise are computed",
+    )
+    probit: int = threshold(
+        200,
+        "samples",
+        "DESIGN 14.2",
+        "in a block of the ordered probit, and in the mean that tells the bias",
+    )
+    probit_blocks: int = threshold(
+        4000, "blocks", "choice", "of the ordered probit: of more, an even selection"
+    )
+    harmonics: int = threshold(
+        60, "terms", "choice", "of the autocovariance of an angle's rounding error (14.3)"
+    )
+    angle_means: int = threshold(
+        64, "means", "DESIGN 14.3", "of the angle's steps that its error is averaged over"
+    )
+    lags: int = threshold(4096, "samples", "choice", "up to which an angle's error remembers")
+    angle_noise: float = threshold(
+        0.05,
+        "counts of noise per sample",
+        "choice",
+        "that an angle has at least: with less, its error has no end of memory",
+    )
+    count_bands: int = threshold(
+        64, "bands", "DESIGN 14", "of the spectrum that decide whether rate or angle is counted"
+    )
+    telling: float = threshold(
+        20.0,
+        "twice the log-likelihood",
+        "DESIGN 14",
+        "by which a counted angle must fit better than a counted rate",
+    )
+    enough: float = threshold(
+        1.4, "misfit per band", "choice", "up to which no response before the counting is tried"
+    )
+    simpler: float = threshold(
+        9.0,
+        "twice the log-likelihood",
+        "choice",
+        "by which a response before the counting must fit better than none",
+    )
+    as_known: tuple[float, float] = threshold(
+        (0.6, 1.6),
+        "times the known size",
+        "choice",
+        "least and most that the error of an angle may have, were it free",
+    )
+    angle_rounds: int = threshold(
+        8, "rounds", "choice", "of an angle's error and of the steps beside it, in turn"
+    )
+    median_scatter: float = threshold(
+        5.45,
+        "over the number of chi-squares",
+        "chi-square with one degree of freedom: 1 / (2 m f(m))^2 = 5.44 at its median m",
+        "variance of the logarithm of their median",
+    )
+
+
 CHANCE = Chance()
 JUDGE = Judge()
 READING = Reading()
@@ -1109,6 +1224,7 @@ FIT = Fit()
 SIGNALS = Signals()
 MOTION = Motion()
 EVENTS = Events()
+COUNTS = Counts()
 TABLE = {
     "CHANCE": CHANCE,
     "JUDGE": JUDGE,
@@ -1130,4 +1246,5 @@ TABLE = {
     "SIGNALS": SIGNALS,
     "MOTION": MOTION,
     "EVENTS": EVENTS,
+    "COUNTS": COUNTS,
 }

@@ -9,34 +9,10 @@ from scipy import ndimage
 
 from ..arrays import Floats, Ints
 from ..distributions import norm_cdf
+from ..thresholds import COUNTS, EVENTS
 from . import signals
 
-SAMPLES = 10**6
-# Counts of noise, from which nobody can tell what is counted, and nothing hangs on it.
-ANGLE_UP_TO = 3.0
-DISTINCT = 20  # samples per distinct value, from which values repeat
-UNEVEN = 0.12  # of a count: how far the values may lie from an even grid (root mean square)
-ON_GRID = 0.95  # length of the mean of the values as directions, one count a turn
-ROUNDING = 2e-6  # of the largest value, by which sums of counts may differ
-# Ratio of neighbouring distances from which the smaller ones are the rounding of one and the same
-# count.
-SPLIT = 20.0
-# Standard deviations in counts from which the rounding of a rate is white noise of q^2 / 12.
-FINE = 0.6
-SMEARED = 0.35  # the same of an angle, per sample
-SUSPENDED = 0.25
-WILD = 5.6  # standard deviations
-PROBIT, PROBIT_BLOCKS = 200, 4000  # samples per block
-HARMONICS, COURSE, LAGS = 60, 64, 4096
-BANDS = 64  # for the question whether the rate or the angle is counted
-TELLING = 20.0  # twice the log-likelihood by which an angle must fit better
-SIMPLER = 9.0  # the same by which a response in front must fit better than none
-ROUNDS = 8
-LEAST = 0.05  # counts of noise per sample, below which the error of an angle has no end of memory
-ENOUGH = 1.4  # misfit per band up to which nobody asks for a response in front
-AS_KNOWN = (0.6, 1.6)  # size of the error of an angle, were it free, over the known one
-MEDIAN_SCATTER = 5.45  # of the logarithm of the median of n chi-squares, times n
-PHASES = np.linspace(-0.5, 0.5, 401)
+PHASES = np.linspace(*COUNTS.phase_grid)
 
 
 @dataclass
@@ -62,19 +38,23 @@ class Counts:
     @property
     def coarse(self) -> bool:
         """Does the rounding do more than add white noise, or white noise of an angle."""
-        return self.sigma_counts < (FINE if self.of == "rate" else SMEARED)
+        return self.sigma_counts < (COUNTS.fine if self.of == "rate" else COUNTS.smeared)
 
     @property
     def reach_dps(self) -> float:
         """How far single samples go from their mean by noise and rounding alone; 0 where rounding
         does not matter to that."""
-        return self.q * (WILD * self.sigma_counts + 1) if self.coarse or self.of == "angle" else 0.0
+        return (
+            self.q * (EVENTS.wild * self.sigma_counts + 1)
+            if self.coarse or self.of == "angle"
+            else 0.0
+        )
 
     @property
     def unsteady(self) -> bool:
         """Does the noise of the rounding change with the bias in a way that is not known block by
         block."""
-        return self.of == "angle" and self.sigma_counts < SUSPENDED
+        return self.of == "angle" and self.sigma_counts < COUNTS.suspended
 
     @property
     def suspends(self) -> tuple[str, ...]:
@@ -126,9 +106,9 @@ def levels_of(x: Floats, together: bool = False) -> Floats | None:
         order = np.sort(steps)
         ratio = order[1:] / order[:-1]
         least = order[np.argmax(ratio)]
-        if ratio.max() > SPLIT and least < ROUNDING * np.abs(values).max():
+        if ratio.max() > COUNTS.split and least < COUNTS.sum_rounding * np.abs(values).max():
             edges = np.concatenate([[0], np.flatnonzero(steps > least) + 1])
-    if len(edges) < 2 or len(edges) * DISTINCT > len(x):
+    if len(edges) < 2 or len(edges) * COUNTS.distinct > len(x):
         return None
     found: Floats = np.add.reduceat(values, edges) / np.diff(np.append(edges, len(values)))
     return found
@@ -141,21 +121,27 @@ def step_of(levels: Floats) -> float:
     for part in (1, 2, 3):
         place = np.concatenate([[0], np.cumsum(np.round(steps * part / np.median(least)))])
         q, start = np.polyfit(place, levels - levels[0], 1)
-        if np.sqrt(np.mean((levels - levels[0] - start - q * place) ** 2)) < UNEVEN * q:
+        if np.sqrt(np.mean((levels - levels[0] - start - q * place) ** 2)) < COUNTS.uneven * q:
             return float(q)
     return 0.0
 
 
 def step(x: Floats) -> float:
     """The count in which x comes, whatever its offset, scale and the digits of its file; 0 where
-    there is none. The wildest samples are not asked, and no more than SAMPLES of the others."""
-    x = x[:: max(1, len(x) // SAMPLES)]
+    there is none. The wildest samples are left out, and of more than `step_samples` an even
+    selection is used."""
+    x = x[:: max(1, len(x) // COUNTS.step_samples)]
     low, high = np.quantile(x, [0.005, 0.995])
     x = x[(x >= low) & (x <= high)]
     found = (levels_of(x), levels_of(x, True))
     steps = [step_of(levels) for levels in found if levels is not None]
     return next(
-        (q for q in steps if q and abs(np.mean(np.exp(2j * np.pi * (x - x[0]) / q))) > ON_GRID), 0.0
+        (
+            q
+            for q in steps
+            if q and abs(np.mean(np.exp(2j * np.pi * (x - x[0]) / q))) > COUNTS.on_grid
+        ),
+        0.0,
     )
 
 
@@ -193,8 +179,8 @@ def phase_of(mean: Floats, sigma: float) -> Floats:
 def probit_sigma(k: Floats) -> float:
     """Noise of rounded samples k (whole numbers), by ordered probit in short blocks with a mean of
     their own."""
-    blocks: Floats = k[: len(k) // PROBIT * PROBIT].reshape(-1, PROBIT)
-    blocks = blocks[:: max(1, len(blocks) // PROBIT_BLOCKS)]
+    blocks: Floats = k[: len(k) // COUNTS.probit * COUNTS.probit].reshape(-1, COUNTS.probit)
+    blocks = blocks[:: max(1, len(blocks) // COUNTS.probit_blocks)]
     means = blocks.mean(axis=1)
     whole = np.round(means)
     reach = 6
@@ -219,13 +205,13 @@ def probit_sigma(k: Floats) -> float:
     found = scipy.optimize.minimize_scalar(
         loss, bounds=(np.log(0.05), np.log(1.5)), method="bounded", options={"xatol": 1e-3}
     )
-    out: float = float(np.exp(found.x)) * np.sqrt(PROBIT / (PROBIT - 1))
+    out: float = float(np.exp(found.x)) * np.sqrt(COUNTS.probit / (COUNTS.probit - 1))
     return out
 
 
 def slow_phase(k: Floats, sigma: float) -> Floats:
     """The bias in counts around each sample."""
-    return phase_of(ndimage.uniform_filter1d(k, PROBIT, mode="nearest"), sigma)
+    return phase_of(ndimage.uniform_filter1d(k, COUNTS.probit, mode="nearest"), sigma)
 
 
 def block_variances(k: Floats, sigma: float, length: int) -> list[Floats]:
@@ -254,10 +240,10 @@ def error_spectrum(increments: Floats, mean: Floats) -> Floats:
     spread = np.concatenate(
         [[0.0], np.cumsum(increments[0] + 2 * np.concatenate([[0.0], np.cumsum(increments[1:])]))]
     )[: len(lag)]
-    spread = np.maximum(spread, LEAST**2 * lag)
+    spread = np.maximum(spread, COUNTS.angle_noise**2 * lag)
     covariance = np.zeros(len(lag))
     covariance[0] = 1 / 12
-    for k in range(1, HARMONICS + 1):
+    for k in range(1, COUNTS.harmonics + 1):
         fade = np.exp(-2 * (np.pi * k) ** 2 * spread[1:]) / (2 * (np.pi * k) ** 2)
         seen = np.flatnonzero(fade > 1e-9)
         last = seen[-1] + 1 if len(seen) else 0
@@ -277,7 +263,7 @@ def even_transform(covariance: Floats) -> Floats:
 
 def differenced() -> Floats:
     """Power gain of the difference of neighbours on the grid."""
-    found: Floats = 4 * np.sin(np.pi * np.linspace(0, 0.5, LAGS + 1)) ** 2
+    found: Floats = 4 * np.sin(np.pi * np.linspace(0, 0.5, COUNTS.lags + 1)) ** 2
     return found
 
 
@@ -288,7 +274,7 @@ def bands_of(k: Floats) -> tuple[Floats, Floats, Ints]:
     """(frequency over rate, robust level, ordinates) of bands in the upper part of the spectrum of
     k."""
     c = signals.transform(k - k.mean())[1:] ** 2
-    edges = np.unique(np.linspace(len(c) // 20, len(c), BANDS + 1).astype(int))
+    edges = np.unique(np.linspace(len(c) // 20, len(c), COUNTS.count_bands + 1).astype(int))
     level = np.array([np.median(c[a:b]) for a, b in zip(edges[:-1], edges[1:])]) / 0.4549
     return (edges[1:] + edges[:-1]) / 4 / len(c), np.maximum(level, 1e-9), np.diff(edges)
 
@@ -314,7 +300,7 @@ def misfit(
         weight = np.sqrt(count) / fitted
         sizes = scipy.optimize.nnls((rows * weight).T, np.maximum(level - known, 0) * weight)[0]
         fitted = np.maximum(sizes @ rows + known, 1e-6 * level)
-    return float(np.sum(np.log(level / fitted) ** 2 * count / MEDIAN_SCATTER)), sizes
+    return float(np.sum(np.log(level / fitted) ** 2 * count / COUNTS.median_scatter)), sizes
 
 
 def as_rate(nu: Floats, level: Floats, count: Ints) -> float:
@@ -328,13 +314,13 @@ def as_angle(
 ) -> tuple[float, Floats, float, float]:
     """(misfit, error spectrum, sigma per sample, size of the error were it free) behind a response,
     at the bands and on the grid."""
-    grid = np.linspace(0, 0.5, LAGS + 1)
-    error: Floats = np.full(LAGS + 1, 1 / 12)
-    for _ in range(ROUNDS):
+    grid = np.linspace(0, 0.5, COUNTS.lags + 1)
+    error: Floats = np.full(COUNTS.lags + 1, 1 / 12)
+    for _ in range(COUNTS.angle_rounds):
         known = np.interp(nu, grid, differenced() * error)
         loss, sizes = misfit(level, count, gain[None, :], known)
-        increments = np.fft.irfft(np.maximum(sizes[0], 1e-6) * dense)[: LAGS + 1]
-        if increments[0] > FINE**2:
+        increments = np.fft.irfft(np.maximum(sizes[0], 1e-6) * dense)[: COUNTS.lags + 1]
+        if increments[0] > COUNTS.fine**2:
             break
         error = error_spectrum(increments, mean)
     free = misfit(level, count, np.vstack([gain, known]))[1][1]
@@ -345,16 +331,17 @@ def of_angle(k: Floats) -> tuple[Floats, float] | None:
     """(error spectrum, sigma) when k fits as differences of a counted angle, clearly better than as
     a counted rate; else None."""
     nu, level, count = bands_of(k)
-    pieces = np.array([piece.mean() for piece in np.array_split(k, COURSE)])
-    gains = list(zip(responses(nu), responses(np.linspace(0, 0.5, LAGS + 1))))
+    pieces = np.array([piece.mean() for piece in np.array_split(k, COUNTS.angle_means)])
+    gains = list(zip(responses(nu), responses(np.linspace(0, 0.5, COUNTS.lags + 1))))
     loss, error, sigma, size = first = as_angle(nu, level, count, pieces, *gains[0])
-    if loss > ENOUGH * len(nu):
+    if loss > COUNTS.enough * len(nu):
         loss, error, sigma, size = min(
             (as_angle(nu, level, count, pieces, *one) for one in gains[1:]), key=lambda one: one[0]
         )
-        if first[0] < loss + SIMPLER:
+        if first[0] < loss + COUNTS.simpler:
             loss, error, sigma, size = first
-    if AS_KNOWN[0] < size < AS_KNOWN[1] and as_rate(nu, level, count) - loss > TELLING:
+    least, most = COUNTS.as_known
+    if least < size < most and as_rate(nu, level, count) - loss > COUNTS.telling:
         return error, sigma
     return None
 
@@ -366,11 +353,11 @@ def found(y: Floats, rate_hz: float) -> Counts | None:
         return None
     k = whole_numbers(y, q)
     crude = float(np.std(np.diff(k)) / np.sqrt(2))
-    found = of_angle(k - np.round(k.mean())) if crude < ANGLE_UP_TO else None
+    found = of_angle(k - np.round(k.mean())) if crude < COUNTS.angle_up_to else None
     if found:
         return Counts(q, "angle", rate_hz, found[1], float(k.mean()), differenced() * found[0])
     sigma = probit_sigma(k) if crude < 0.75 else float(np.sqrt(max(crude**2 - 1 / 12, 1e-6)))
-    if sigma >= FINE:
+    if sigma >= COUNTS.fine:
         return Counts(q, "rate", rate_hz, sigma, float(k.mean()), np.array([1, 1]) / 12)
     variance, scatter = (float(course.mean()) for course in block_variances(k, sigma, 1))
     return Counts(

@@ -7,7 +7,7 @@ from scipy import fft, ndimage
 
 from .. import arrays
 from ..arrays import Complexes, Floats, Ints
-from ..thresholds import SIGNALS
+from ..thresholds import COUNTS, SIGNALS
 
 PIECE = 1 << 18  # samples that are worked out together where whole records would fill the memory
 WAVE_PIECE = 1024  # samples of a sine that are worked out from one angle
@@ -160,7 +160,7 @@ def count_of(x: Floats) -> float:
     steps = steps[
         steps > 1e-9 * (x.max(initial=-np.inf) - x.min(initial=np.inf))
     ]  # sums of counts differ by their rounding
-    return float(steps.min()) if 0 < len(steps) < len(x) / 20 else 0.0
+    return float(steps.min()) if 0 < len(steps) < len(x) / COUNTS.distinct else 0.0
 
 
 def high_passed(x: Floats, window: int) -> Floats:
