@@ -1204,6 +1204,71 @@ class Counts:
     )
 
 
+@dataclass(frozen=True)
+class Observed:
+    """What is reported of a record before anything is fitted (data/observations.py)."""
+
+    coarse: float = threshold(
+        0.6, "times the noise per sample", "DESIGN 13.3", "from which a count is reported"
+    )
+    clipped_values: int = threshold(
+        8, "distinct values", "choice", "below which a column is not tested for clipping"
+    )
+    clipped_piled: int = threshold(
+        8,
+        "times as often as the three values next to it",
+        "DESIGN 13.3",
+        "above which an extreme value is clipped",
+    )
+    dead_beside: int = threshold(
+        3, "values", "DESIGN 13.3", "on each side that the value of a dead zone is compared with"
+    )
+    dead_piled: int = threshold(
+        4,
+        "times as often as the values beside it",
+        "DESIGN 13.3",
+        "from which a value may be a dead zone",
+    )
+    dead_share: float = threshold(
+        0.1, "of the samples", "DESIGN 13.3", "that have the value of a dead zone, at least"
+    )
+    dead_fine: int = threshold(
+        3,
+        "counts of noise per sample",
+        "DESIGN 13.3",
+        "from which neighbouring values are equally likely",
+    )
+    dead_falls: int = threshold(
+        2,
+        "times as often as those beyond",
+        "choice",
+        "above which the values next to the middle are rounded noise and no dead zone",
+    )
+    dead_falls_least: int = threshold(
+        30, "samples", "choice", "next to the middle value that show how often these occur"
+    )
+    dead_around: int = threshold(
+        10, "values", "choice", "on each side, of which the usual distance is taken"
+    )
+    dead_wide: int = threshold(
+        3,
+        "times the usual distance",
+        "DESIGN 13.3",
+        "above which the values next to it are apart from the value of a dead zone",
+    )
+    bursts: int = threshold(30, "gaps", "choice", "between blocks, from which these may be regular")
+    bursts_stray: float = threshold(
+        0.25,
+        "of the usual distance",
+        "choice",
+        "within which the middle half of the distances of regular blocks lies",
+    )
+    listed: int = threshold(100, "intervals", "choice", "that are listed, the longest ones")
+    times: int = threshold(
+        8, "times", "choice", "at which something was seen, that a sentence lists"
+    )
+
+
 CHANCE = Chance()
 JUDGE = Judge()
 READING = Reading()
@@ -1225,6 +1290,7 @@ SIGNALS = Signals()
 MOTION = Motion()
 EVENTS = Events()
 COUNTS = Counts()
+OBSERVED = Observed()
 TABLE = {
     "CHANCE": CHANCE,
     "JUDGE": JUDGE,
@@ -1247,4 +1313,5 @@ TABLE = {
     "MOTION": MOTION,
     "EVENTS": EVENTS,
     "COUNTS": COUNTS,
+    "OBSERVED": OBSERVED,
 }

@@ -8,29 +8,10 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Bools, Floats
-from ..thresholds import EVENTS, MOTION
+from ..thresholds import COUNTS, EVENTS, MOTION, OBSERVED
 from . import counts as counted
 from . import events, motion, plausible, repeats, signals
 from .recording import Recording
-
-COARSE = 0.6  # of the noise per sample: larger counts are reported
-COARSER = (
-    1 / 0.6
-)  # of the noise per sample: the rounding of larger counts changes mean and variance
-LEVELS = 8  # distinct values that a column needs before its extremes are tested for clipping
-PILED = 8  # a clipped extreme occurs more often than this many times its neighbouring values
-BESIDE = 3  # values on each side that a dead zone is compared with
-DEAD_PILED = 4  # the value of a dead zone occurs more often than this many times its neighbours
-DEAD_SHARE = 0.1  # of the samples that have the value of a dead zone, at least
-DEAD_FINE = 3  # counts of noise per sample, from which neighbouring values are equally likely
-# The values next to that of rounded noise occur more often than those beyond by this factor; those
-# next to a dead zone do not. So many of them tell.
-FALLING, FALLING_LEAST = 2, 30
-AROUND = 10  # values on each side whose usual distance ...
-DEAD_WIDE = 3  # ... both distances of a dead zone exceed by this factor
-LISTED = 100  # number of intervals that are listed, the longest ones
-REGULAR, STRAY = 30, 0.25  # blocks, and their distances' share of the usual one: regular gaps
-TIMES = 8  # number of times that a sentence lists
 
 
 @dataclass
@@ -100,9 +81,9 @@ def kept(recording: Recording, column: str, observations: Iterable[Observation])
 
 
 def in_seconds(recording: Recording, mask: Bools) -> list[list[float]]:
-    """The intervals of a mask, at most the LISTED longest."""
+    """The intervals of a mask, at most the `listed` longest."""
     runs = motion.stretches(mask)
-    runs = sorted(sorted(runs, key=lambda run: run[0] - run[1])[:LISTED])
+    runs = sorted(sorted(runs, key=lambda run: run[0] - run[1])[: OBSERVED.listed])
     time = recording.time_s if recording.clock and recording.clock.cut else None
     return [
         [
@@ -176,7 +157,9 @@ def moved(recording: Recording, good: Bools) -> Observation | None:
 def times(recording: Recording, mask: Bools) -> str:
     """The first times of a mask, for a sentence."""
     at = recording.time_s[mask]
-    return ", ".join(f"{one:.6g}" for one in at[:TIMES]) + ", .." * (len(at) > TIMES)
+    return ", ".join(f"{one:.6g}" for one in at[: OBSERVED.times]) + ", .." * (
+        len(at) > OBSERVED.times
+    )
 
 
 def lost(recording: Recording, known: Bools) -> Observation | None:
@@ -201,10 +184,10 @@ def in_blocks(recording: Recording, known: Bools) -> Observation | None:
     """Samples that come in blocks with regular gaps between."""
     runs = motion.stretches(known)
     apart = np.diff([first for first, _ in runs])
-    if len(apart) < REGULAR:
+    if len(apart) < OBSERVED.bursts:
         return None
     low, usual, high = np.percentile(apart, (25, 50, 75))
-    if low < (1 - STRAY) * usual or high > (1 + STRAY) * usual:
+    if low < (1 - OBSERVED.bursts_stray) * usual or high > (1 + OBSERVED.bursts_stray) * usual:
         return None
     length = int(np.median([end - first for first, end in runs]))
     return Observation(
@@ -322,9 +305,9 @@ def clipped(recording: Recording, x: Floats, known: Bools) -> Observation | None
     """Samples at an extreme value that occurs far more often than its neighbouring values."""
     values, counts = np.unique(x[known], return_counts=True)
     mask = np.zeros(len(x), bool)
-    if len(values) >= LEVELS:
+    if len(values) >= OBSERVED.clipped_values:
         for extreme, next_ones in ((0, counts[1:4]), (-1, counts[-4:-1])):
-            if counts[extreme] >= 5 and counts[extreme] > PILED * next_ones.mean():
+            if counts[extreme] >= 5 and counts[extreme] > OBSERVED.clipped_piled * next_ones.mean():
                 mask |= known & (x == values[extreme])
     if not mask.any():
         return None
@@ -342,18 +325,32 @@ def dead(recording: Recording, x: Floats, known: Bools) -> Observation | None:
     """A value in the middle that stands for all small rates."""
     values, counts = np.unique(x[known], return_counts=True)
     most = int(np.argmax(counts))
-    beside = np.concatenate([counts[max(0, most - BESIDE) : most], counts[most + 1 :][:BESIDE]])
+    beside = np.concatenate(
+        [
+            counts[max(0, most - OBSERVED.dead_beside) : most],
+            counts[most + 1 :][: OBSERVED.dead_beside],
+        ]
+    )
     share = float(counts[most]) / max(np.count_nonzero(known), 1)
-    if not BESIDE <= most < len(values) - BESIDE or share < DEAD_SHARE:
+    if (
+        not OBSERVED.dead_beside <= most < len(values) - OBSERVED.dead_beside
+        or share < OBSERVED.dead_share
+    ):
         return None
     step, noise = signals.count_of(x[known]), noise_per_sample(x, known)
     near, far = counts[most + np.array([-1, 1])], counts[most + np.array([-3, -2, 2, 3])]
-    falls_off = near.sum() >= FALLING_LEAST and near.mean() > FALLING * far.mean()
-    in_counts = step and noise < DEAD_FINE * step
-    around = np.diff(values[max(0, most - AROUND) : most + AROUND + 1])
-    place = min(most, AROUND)
-    is_apart = around[place - 1 : place + 1].min() > DEAD_WIDE * np.median(around)
-    if counts[most] < DEAD_PILED * beside.mean() or (in_counts or falls_off) and not is_apart:
+    falls_off = (
+        near.sum() >= OBSERVED.dead_falls_least and near.mean() > OBSERVED.dead_falls * far.mean()
+    )
+    in_counts = step and noise < OBSERVED.dead_fine * step
+    around = np.diff(values[max(0, most - OBSERVED.dead_around) : most + OBSERVED.dead_around + 1])
+    place = min(most, OBSERVED.dead_around)
+    is_apart = around[place - 1 : place + 1].min() > OBSERVED.dead_wide * np.median(around)
+    if (
+        counts[most] < OBSERVED.dead_piled * beside.mean()
+        or (in_counts or falls_off)
+        and not is_apart
+    ):
         return None
     return Observation(
         "dead_zone",
@@ -376,11 +373,11 @@ def noise_per_sample(x: Floats, good: Bools) -> float:
 
 def coarse(recording: Recording, x: Floats, good: Bools) -> Observation | None:
     step, noise = signals.count_of(x[good]), noise_per_sample(x, good)
-    if not step or step < COARSE * noise:
+    if not step or step < OBSERVED.coarse * noise:
         return None
     what = (
         "Mean and variance of the noise depend on the position of the bias between two counts"
-        if step > COARSER * noise
+        if step > (1 / COUNTS.fine) * noise
         else "The rounding only adds white noise, with a variance of 1/12 count squared"
     )
     return Observation(
