@@ -1269,6 +1269,60 @@ class Observed:
     )
 
 
+@dataclass(frozen=True)
+class Repeats:
+    """Samples that repeat the one before (data/repeats.py)."""
+
+    false_repeats: float = threshold(
+        1e-6,
+        "chance",
+        "DESIGN 13.3",
+        "that a recording without repeats, or without a stuck axis, shows some",
+    )
+    clear: float = threshold(
+        0.01,
+        "chance of equal samples",
+        "DESIGN 13.3",
+        "up to which each sample that equals the one before is a repeat",
+    )
+    keep_apart: float = threshold(
+        6.0,
+        "standard deviations",
+        "DESIGN 13.3",
+        "by which equal samples exceed chance, and by which they keep apart",
+    )
+    phase_block: int = threshold(
+        64, "samples", "DESIGN 13.3", "that have the same place of the bias in a count"
+    )
+    seldom: float = threshold(
+        0.5,
+        "of the samples",
+        "DESIGN 13.3",
+        "equal to the one before, from which an axis keeps its values for long anyway",
+    )
+    calm: float = threshold(
+        0.8,
+        "of the usual movement",
+        "DESIGN 13.3",
+        "around equal samples, below which they are no repeats",
+    )
+    hidden_least: float = threshold(
+        0.02, "of the samples", "DESIGN 13.3", "that are repeats among those equal by chance"
+    )
+    finer: float = threshold(
+        0.1,
+        "differences of two counts per one of one",
+        "choice",
+        "below which the noise is too small to foretell equal samples exactly",
+    )
+    phase_matters: float = threshold(
+        0.5,
+        "differences of two counts per difference of one",
+        "DESIGN 13.3",
+        "up to which the place of the bias in a count matters to equal samples of several axes",
+    )
+
+
 CHANCE = Chance()
 JUDGE = Judge()
 READING = Reading()
@@ -1291,6 +1345,7 @@ MOTION = Motion()
 EVENTS = Events()
 COUNTS = Counts()
 OBSERVED = Observed()
+REPEATS = Repeats()
 TABLE = {
     "CHANCE": CHANCE,
     "JUDGE": JUDGE,
@@ -1314,4 +1369,5 @@ TABLE = {
     "EVENTS": EVENTS,
     "COUNTS": COUNTS,
     "OBSERVED": OBSERVED,
+    "REPEATS": REPEATS,
 }

@@ -10,17 +10,8 @@ from scipy import ndimage
 
 from ..arrays import Bools, Floats, Ints
 from ..distributions import binom_logsf, norm_cdf, norm_pdf
+from ..thresholds import REPEATS
 from . import signals
-
-CHANCE = 1e-6  # of a sensor without repeats, per recording
-CLEAR = 0.01  # chance of equal samples, up to which each one that is equal is a repeat
-APART = 6.0  # standard deviations
-BLOCK = 64  # samples with the same place of the bias in a count
-SELDOM = 0.5  # share of equal samples, from which an axis keeps its values for long anyway
-CALM = 0.8  # of the usual movement, around equal samples that are none of a sensor read too often
-HIDDEN_LEAST = 0.02  # repeats that are reported among samples that are equal by chance
-FINER = 0.1  # differences of two counts over those of one, from which the noise hides the counts
-FINE = 0.5  # the same, from which the place of the bias in a count matters little to equal samples
 
 
 @dataclass
@@ -57,7 +48,7 @@ def by_counts(x: Floats, known: Bools) -> float | None:
         return rounded_difference(sigma, 2) / rounded_difference(sigma, 1) - two / max(one, 1e-9)
 
     low, high = 0.3, 30.0
-    if two < FINER * one or off(low) * off(high) > 0:
+    if two < REPEATS.finer * one or off(low) * off(high) > 0:
         return None
     sigma = float(scipy.optimize.brentq(off, low, high))
     return one * rounded_difference(sigma, 0) / rounded_difference(sigma, 1)
@@ -77,7 +68,7 @@ def keep_apart(equal: Bools) -> bool:
     """
     share = float(equal[1:].mean())
     together = (equal[2:] - share) * (equal[1:-1] - share)
-    return bool(together.mean() < -APART * share * (1 - share) / len(equal) ** 0.5)
+    return bool(together.mean() < -REPEATS.keep_apart * share * (1 - share) / len(equal) ** 0.5)
 
 
 def hidden(x: Floats, equal: Bools, known: Bools) -> float | None:
@@ -112,7 +103,7 @@ def beyond(equal: Bools, tries: int, chance: float) -> Repeats | None:
         chance > 0.1
         or count < 5
         or count < 1.5 * chance * tries
-        or binom_logsf(count - 1, tries, chance) > np.log(CHANCE)
+        or binom_logsf(count - 1, tries, chance) > np.log(REPEATS.false_repeats)
     ):
         return None
     return Repeats(equal, count / tries, chance)
@@ -121,7 +112,7 @@ def beyond(equal: Bools, tries: int, chance: float) -> Repeats | None:
 def by_one(x: Floats, known: Bools, equal: Bools, tries: int) -> Repeats | None:
     """Repeats of a single axis, by its counts."""
     chance = chance_of_equal(x, known)
-    if chance > CLEAR:
+    if chance > REPEATS.clear:
         explained = hidden(x, equal, known)
         if explained is not None:
             return Repeats(equal, np.count_nonzero(equal) / tries, explained, clear=False)
@@ -136,13 +127,16 @@ def by_axes(same: Bools, equal: Bools, both: Bools) -> Repeats | None:
     a block.
     """
     count = len(same)
-    length = np.count_nonzero(both) // BLOCK * BLOCK
+    length = np.count_nonzero(both) // REPEATS.phase_block * REPEATS.phase_block
     if not length or not keep_apart(equal):
         return None
-    blocks = same[:, both][:, :length].reshape(count, -1, BLOCK)
+    blocks = same[:, both][:, :length].reshape(count, -1, REPEATS.phase_block)
     shares, shared = blocks.mean(axis=2), blocks.all(axis=0).mean(axis=1)
     more = shared - shares.prod(axis=0)
-    if more.mean() <= APART * max(more.std(), 1 / BLOCK) / len(more) ** 0.5:
+    if (
+        more.mean()
+        <= REPEATS.keep_apart * max(more.std(), 1 / REPEATS.phase_block) / len(more) ** 0.5
+    ):
         return None
     share = float(shared.mean())
 
@@ -155,7 +149,7 @@ def by_axes(same: Bools, equal: Bools, both: Bools) -> Repeats | None:
 
     most = min(share, float(shares.mean(axis=1).min()))
     repeated = float(scipy.optimize.brentq(off, 0.0, most)) if off(most) > 0 else most
-    if repeated < HIDDEN_LEAST:
+    if repeated < REPEATS.hidden_least:
         return None
     return Repeats(equal, share, max(chance_behind(repeated), 0.0), clear=False)
 
@@ -168,7 +162,7 @@ def quiet_around(columns: Mapping[str, Floats], axes: list[str], equal: Bools) -
     before, after = starts - 2, starts + lengths - 1  # places of differences
     inside = (before >= 0) & (after < len(moves))
     around = np.concatenate([moves[before[inside]], moves[after[inside]]])
-    return bool(len(around) and around.mean() < CALM * moves[~equal[1:]].mean())
+    return bool(len(around) and around.mean() < REPEATS.calm * moves[~equal[1:]].mean())
 
 
 def find(columns: Mapping[str, Floats], known: Bools) -> Repeats | None:
@@ -189,8 +183,10 @@ def find(columns: Mapping[str, Floats], known: Bools) -> Repeats | None:
     equal, tries = both & same.all(axis=0), np.count_nonzero(both)
     if len(axes) == 1:
         return by_one(columns[axes[0]], known, equal, tries)
-    chance = float(np.prod([chance_of_equal(columns[name], known, FINE) for name in axes]))
-    if chance > CLEAR:
+    chance = float(
+        np.prod([chance_of_equal(columns[name], known, REPEATS.phase_matters) for name in axes])
+    )
+    if chance > REPEATS.clear:
         return by_axes(same, equal, both)
     found = beyond(equal, tries, chance)
     return None if found and quiet_around(columns, axes, equal) else found
@@ -206,14 +202,16 @@ def held(columns: Mapping[str, Floats], axis: str, known: Bools) -> Bools:
     for name in others:
         all_others &= np.diff(columns[name], prepend=np.nan) == 0
     starts, lengths = runs_of(same)
-    local = ndimage.uniform_filter1d(same.astype(float), 2 * BLOCK)
+    local = ndimage.uniform_filter1d(same.astype(float), 2 * REPEATS.phase_block)
     usual, stuck = float(np.median(local)), np.zeros(len(starts), bool)
     for _ in range(2):  # the first time without long runs, the second with their usual length
-        if usual > SELDOM:
+        if usual > REPEATS.seldom:
             return np.zeros(len(x), bool)
-        chance = np.log(CHANCE / max(len(starts), 1)) / np.log(max(usual, 1 / BLOCK))
-        beside = local[starts + lengths // 2] * 2 * BLOCK - lengths
-        stuck = (lengths > 1 + chance) & (beside < SELDOM * 2 * BLOCK)
+        chance = np.log(REPEATS.false_repeats / max(len(starts), 1)) / np.log(
+            max(usual, 1 / REPEATS.phase_block)
+        )
+        beside = local[starts + lengths // 2] * 2 * REPEATS.phase_block - lengths
+        stuck = (lengths > 1 + chance) & (beside < REPEATS.seldom * 2 * REPEATS.phase_block)
         rest = lengths[~stuck]
         usual = max(usual, float(np.mean(rest > 1))) if len(rest) else usual
     found = np.zeros(len(x), bool)
