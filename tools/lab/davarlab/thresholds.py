@@ -1323,6 +1323,48 @@ class Repeats:
     )
 
 
+@dataclass(frozen=True)
+class Plausible:
+    """Rates, units and levels that a gyro may have (data/plausible.py)."""
+
+    rates_hz: tuple[float, float] = threshold(
+        (0.02, 40e3),
+        "Hz",
+        "DESIGN 13.4",
+        "that gyros are logged at: from a sample in 50 s to the fastest MEMS sensors, 32 kHz",
+    )
+    likely_hz: tuple[float, float] = threshold(
+        (10.0, 20e3), "Hz", "choice", "within which another unit of the time is proposed"
+    )
+    whole_hz: float = threshold(
+        1.0,
+        "Hz",
+        "DESIGN 13.4",
+        "up to which whole seconds get a note: milliseconds look like them",
+    )
+    level_dps: float = threshold(
+        2000.0, "deg/s rms", "DESIGN 13.4", "beyond the full scale of almost every gyro"
+    )
+    arw: tuple[float, float] = threshold(
+        (1e-5, 100.0),
+        "deg/sqrt(h)",
+        "DESIGN 13.4",
+        "of noise: from below the best optical gyros to above the worst MEMS sensors",
+    )
+    temperatures: tuple[float, float] = threshold(
+        (-100.0, 200.0), "degC", "DESIGN 13.4", "median of a column of temperatures"
+    )
+    count_near: float = threshold(
+        0.003, "relative", "choice", "within which a count is that of a known sensor"
+    )
+    noise_samples: int = threshold(
+        512, "samples", "choice", "below which nothing is reported of the noise"
+    )
+    looked_at: int = threshold(
+        1 << 20, "samples", "choice", "at the beginning that levels and units are judged by"
+    )
+
+
 CHANCE = Chance()
 JUDGE = Judge()
 READING = Reading()
@@ -1346,6 +1388,7 @@ EVENTS = Events()
 COUNTS = Counts()
 OBSERVED = Observed()
 REPEATS = Repeats()
+PLAUSIBLE = Plausible()
 TABLE = {
     "CHANCE": CHANCE,
     "JUDGE": JUDGE,
@@ -1370,4 +1413,5 @@ TABLE = {
     "COUNTS": COUNTS,
     "OBSERVED": OBSERVED,
     "REPEATS": REPEATS,
+    "PLAUSIBLE": PLAUSIBLE,
 }

@@ -7,31 +7,13 @@ import numpy as np
 
 from ..arrays import Bools, Floats
 from ..tables import guess
+from ..tables.constants import LSB_DPS
+from ..thresholds import PLAUSIBLE
 from . import motion, signals
 from .recording import Recording, is_clock
 
 KIND = "implausible"  # of the observation
 CONFIRM = "--as-recorded"  # with which a user says that all of it is right
-RATES_HZ = (
-    0.02,
-    40e3,
-)  # that gyros are logged at: from a sample in 50 s to the fastest MEMS sensors, 32 kHz
-LIKELY_HZ = (10.0, 20e3)  # by which another unit of the time is proposed
-WHOLE_HZ = 1.0  # up to which whole seconds get a note: milliseconds look like them
-LEVEL_DPS = 2000.0  # rms, beyond the full scale of almost every gyro
-ARW = (
-    1e-5,
-    100.0,
-)  # deg/sqrt(h): from below the best optical gyros to above the worst MEMS sensors
-TEMPERATURES = (-100.0, 200.0)  # degC
-LSB_DPS = (
-    tuple(scale / 32768 for scale in (125, 250, 500, 1000, 2000, 4000))
-    + (0.004375, 0.00875, 0.0175, 0.035, 0.07, 0.14)
-    + tuple(1 / per for per in (262, 131, 65.5, 32.8, 16.4))
-)  # deg/s per count of MEMS gyros
-LSB_NEAR = 0.003  # relative
-NEVER = 512  # samples, below which nothing is said of the noise
-LOOKED = 1 << 20  # samples at the beginning that levels and units are judged by
 
 
 def doubts(
@@ -39,9 +21,10 @@ def doubts(
 ) -> list[str]:
     """What is implausible about a recording, a sentence each with the next step. columns: name ->
     numbers in the unit of the name; known: True where a sample is there, None: everywhere; gyros:
-    the names of the gyro columns to look at. Cost: a few passes over the first LOOKED samples."""
-    there = slice(None) if known is None else known[:LOOKED]
-    columns = {name: column[:LOOKED][there] for name, column in columns.items()}
+    the names of the gyro columns to look at. Cost: a few passes over the first `looked_at`
+    samples."""
+    there = slice(None) if known is None else known[: PLAUSIBLE.looked_at]
+    columns = {name: column[: PLAUSIBLE.looked_at][there] for name, column in columns.items()}
     gyros = list(gyros)
     clocks = not gyros and any(map(is_clock, columns))  # at any rate
     found = [] if clocks else [rate(rate_hz)]
@@ -87,14 +70,14 @@ def unit_of_time(rate_hz: float) -> str | None:
         (
             unit
             for unit in ("ms", "us", "ns")
-            if LIKELY_HZ[0] <= rate_hz / guess.SECONDS[unit] <= LIKELY_HZ[1]
+            if PLAUSIBLE.likely_hz[0] <= rate_hz / guess.SECONDS[unit] <= PLAUSIBLE.likely_hz[1]
         ),
         None,
     )
 
 
 def rate(rate_hz: float) -> str | None:
-    if RATES_HZ[0] <= rate_hz <= RATES_HZ[1]:
+    if PLAUSIBLE.rates_hz[0] <= rate_hz <= PLAUSIBLE.rates_hz[1]:
         return None
     unit = unit_of_time(rate_hz)
     instead = (
@@ -104,14 +87,14 @@ def rate(rate_hz: float) -> str | None:
         else "Check the unit of the time (--unit time=UNIT) or --rate"
     )
     return (
-        f"implausible sample rate {rate_hz:.4g} Hz (gyros: {RATES_HZ[0]:g} Hz to "
-        f"{RATES_HZ[1] / 1e3:g} kHz). {instead}"
+        f"implausible sample rate {rate_hz:.4g} Hz (gyros: {PLAUSIBLE.rates_hz[0]:g} Hz to "
+        f"{PLAUSIBLE.rates_hz[1] / 1e3:g} kHz). {instead}"
     )
 
 
 def stamps(time: Floats | None, rate_hz: float) -> str | None:
     """Whole numbers spaced as milliseconds would be."""
-    if time is None or not RATES_HZ[0] <= rate_hz <= WHOLE_HZ * 1.001:
+    if time is None or not PLAUSIBLE.rates_hz[0] <= rate_hz <= PLAUSIBLE.whole_hz * 1.001:
         return None
     unit = unit_of_time(rate_hz)
     if not unit or np.any(time != np.round(time)):
@@ -130,9 +113,9 @@ def in_dps(name: str) -> float:
 def level(name: str, x: Floats) -> str | None:
     rms = float(np.sqrt(np.mean(np.square(x, dtype=np.float64)))) * in_dps(name)
     return (
-        f"column {name}: implausible level {rms:.4g} deg/s rms (gyros: up to {LEVEL_DPS:g}). Use "
-        "--unit gyro=UNIT. For counts, UNIT is the deg/s per count"
-        if rms > LEVEL_DPS
+        f"column {name}: implausible level {rms:.4g} deg/s rms (gyros: up to "
+        f"{PLAUSIBLE.level_dps:g}). Use --unit gyro=UNIT. For counts, UNIT is the deg/s per count"
+        if rms > PLAUSIBLE.level_dps
         else None
     )
 
@@ -148,21 +131,21 @@ def counted(name: str, x: Floats) -> str | None:
 
 def noise(name: str, x: Floats, rate_hz: float) -> str | None:
     """The scatter of neighbouring samples, as if all of it were white noise."""
-    if len(x) < NEVER:
+    if len(x) < PLAUSIBLE.noise_samples:
         return None
     x = np.asarray(x, np.float64)
     per_sample = float(np.sqrt(np.median(motion.averaged(np.diff(x) ** 2 / 2, 256)))) * in_dps(name)
     arw = 60 * per_sample / np.sqrt(rate_hz)
-    if not per_sample or ARW[0] <= arw <= ARW[1]:
+    if not per_sample or PLAUSIBLE.arw[0] <= arw <= PLAUSIBLE.arw[1]:
         return None
     return (
-        f"column {name}: implausible noise {arw:.3g} deg/sqrt(h) (gyros: {ARW[0]:g} to "
-        f"{ARW[1]:g}). Check its unit (--unit gyro=UNIT) and the sample rate"
+        f"column {name}: implausible noise {arw:.3g} deg/sqrt(h) (gyros: {PLAUSIBLE.arw[0]:g} to "
+        f"{PLAUSIBLE.arw[1]:g}). Check its unit (--unit gyro=UNIT) and the sample rate"
     )
 
 
 def near(step: float, known: Iterable[float]) -> bool:
-    return any(abs(step / one - 1) < LSB_NEAR for one in known)
+    return any(abs(step / one - 1) < PLAUSIBLE.count_near for one in known)
 
 
 def radians(name: str, x: Floats) -> str | None:
@@ -189,12 +172,14 @@ def temperature(columns: Mapping[str, Floats]) -> str | None:
         if (
             name.startswith("temp")
             and name.endswith("_degC")
-            and not TEMPERATURES[0] <= float(np.median(values)) <= TEMPERATURES[1]
+            and not PLAUSIBLE.temperatures[0]
+            <= float(np.median(values))
+            <= PLAUSIBLE.temperatures[1]
         ):
             return (
                 f"column {name}: implausible temperature {float(np.median(values)):.4g} degC "
-                f"({TEMPERATURES[0]:g} to {TEMPERATURES[1]:g}). Use --unit temp=UNIT. For counts, "
-                "UNIT is the degC per count"
+                f"({PLAUSIBLE.temperatures[0]:g} to {PLAUSIBLE.temperatures[1]:g}). Use --unit "
+                "temp=UNIT. For counts, UNIT is the degC per count"
             )
     return None
 
