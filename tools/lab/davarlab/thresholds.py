@@ -1365,6 +1365,82 @@ class Plausible:
     )
 
 
+@dataclass(frozen=True)
+class Stamps:
+    """Time stamps and the clock behind them (data/clock.py)."""
+
+    doubtful_rate: float = threshold(
+        0.01,
+        "relative",
+        "choice: as in davar-sim",
+        "between --rate and the time stamps, above which they contradict each other",
+    )
+    step_near: float = threshold(
+        0.25,
+        "of a period",
+        "DESIGN 12",
+        "between a step and a whole number of periods, below which it is near",
+    )
+    step_whole: float = threshold(
+        0.8,
+        "of the steps",
+        "DESIGN 12",
+        "near a whole number of periods, from which stamps show what is lost",
+    )
+    memoryless: float = threshold(
+        0.3,
+        "of the variance that independent steps gather",
+        "DESIGN 12",
+        "up to which an even clock is behind the stamps",
+    )
+    jitter: float = threshold(
+        0.05, "of a period, rms", "DESIGN 12", "above which stamps are late or uneven"
+    )
+    phase_samples: int = threshold(
+        31,
+        "samples",
+        "DESIGN 12",
+        "over which the phase of the clock is averaged: a period that is 1 % off turns it by a "
+        "third meanwhile",
+    )
+    long_gap: int = threshold(
+        32, "periods", "choice", "above which a gap need not keep the phase of the clock"
+    )
+    late: int = threshold(
+        64, "samples", "DESIGN 12", "within which a late stamp is made good by those after it"
+    )
+    crowded: float = threshold(
+        0.75,
+        "of the samples",
+        "DESIGN 12",
+        "of an uneven clock that must find a place of their own",
+    )
+    slower: float = threshold(
+        0.75,
+        "of the rate of the file",
+        "choice",
+        "below which a sensor has a clock of its own, seen through samples equal by chance",
+    )
+    lost_most: int = threshold(
+        3,
+        "missing samples per measured one",
+        "DESIGN 12",
+        "on a grid; longer gaps are shortened",
+    )
+    cut_most: int = threshold(
+        8,
+        "gaps",
+        "DESIGN 12",
+        "that may be shortened: where more recur, a frequency needs the real time between",
+    )
+    recurrent_most: int = threshold(
+        31, "missing samples per measured one", "DESIGN 12", "that recurrent gaps may have"
+    )
+    small_grid: int = threshold(
+        1_000_000, "places", "DESIGN 12", "of a grid that may have more gaps than recurrent_most"
+    )
+
+
 CHANCE = Chance()
 JUDGE = Judge()
 READING = Reading()
@@ -1389,6 +1465,7 @@ COUNTS = Counts()
 OBSERVED = Observed()
 REPEATS = Repeats()
 PLAUSIBLE = Plausible()
+STAMPS = Stamps()
 TABLE = {
     "CHANCE": CHANCE,
     "JUDGE": JUDGE,
@@ -1414,4 +1491,5 @@ TABLE = {
     "OBSERVED": OBSERVED,
     "REPEATS": REPEATS,
     "PLAUSIBLE": PLAUSIBLE,
+    "STAMPS": STAMPS,
 }

@@ -9,27 +9,7 @@ from scipy import ndimage
 from ..arrays import Floats, Ints
 from ..errors import BadInput
 from ..files import StrPath
-
-DOUBTFUL_RATE = 0.01  # between --rate and the time stamps, as in davar-sim
-NEAR = 0.25  # of a period, between a step and a whole number of periods
-WHOLE = 0.8  # of the steps must be near a whole number, for stamps that tell of lost samples
-# Of the variance that independent steps would gather: an even clock, read late, gathers none.
-MEMORYLESS = 0.3
-JITTER = 0.05  # of a period, rms, from which stamps are called late
-# Over which the phase of the clock is averaged. A period that is 1 % off turns it by a third
-# meanwhile.
-PHASE_SAMPLES = 31
-LONG = 32  # periods, from which a gap need not keep the phase
-LATE = 64  # samples within which a late stamp is made good
-CROWDED = 0.75  # of the samples of an uneven clock must find a place of their own
-# Of the rate of the file: a clock of the sensor's own below it is seen through samples that are
-# equal by chance.
-SLOWER = 0.75
-LOST_MOST = 3  # missing samples of the grid per measured one; longer gaps are cut short
-# Gaps that may be cut short: where more of them recur, a frequency needs the real time between.
-CUT_MOST = 8
-RECURRENT_MOST = 31  # missing samples per measured one that recurrent gaps may have
-SMALL_GRID = 1_000_000  # samples of a grid that may have more
+from ..thresholds import STAMPS
 
 
 @dataclass
@@ -49,7 +29,7 @@ class Clock:
 
 def agreed(rate_hz: float | None, stamped_hz: float, path: StrPath) -> float:
     """The rate that was given, if any; time stamps that contradict it win, so it is refused."""
-    if rate_hz and abs(stamped_hz / rate_hz - 1) > DOUBTFUL_RATE:
+    if rate_hz and abs(stamped_hz / rate_hz - 1) > STAMPS.doubtful_rate:
         raise BadInput(
             f"--rate: {rate_hz:g} Hz contradicts column time_s of {path}, which gives "
             f"{stamped_hz:.6g} Hz. Remove --rate, or fix time_s"
@@ -82,14 +62,15 @@ def period_of(steps: Floats) -> float | None:
     gather nothing."""
     for share in (50, 25, 10):
         period = float(np.percentile(steps, share))
-        if period > 0 and (share == 50 or gathered(steps) > MEMORYLESS):
+        if period > 0 and (share == 50 or gathered(steps) > STAMPS.memoryless):
             # None, where a percentile lies between two far ones.
             near = steps[np.abs(steps - period) < 0.5 * period]
             period = float(near.mean()) if len(near) else period
             whole = np.round(steps / period)
             if (
                 len(near)
-                and np.mean((np.abs(steps / period - whole) < NEAR) & (whole > 0)) >= WHOLE
+                and np.mean((np.abs(steps / period - whole) < STAMPS.step_near) & (whole > 0))
+                >= STAMPS.step_whole
             ):
                 return period
     return None
@@ -105,11 +86,11 @@ def one_phase(stamps: Floats, period: float) -> Floats:
     the clock goes on."""
     steps = np.diff(stamps) / period
     turns = np.concatenate([[0.0], np.cumsum(steps)])
-    starts = np.flatnonzero(steps > LONG) + 1
+    starts = np.flatnonzero(steps > STAMPS.long_gap) + 1
     for run, before in zip(
         np.split(turns, starts)[1:], np.split(turns, starts)
     ):  # views: each is moved in its place
-        apart = phase(run[:PHASE_SAMPLES]) - phase(before[-PHASE_SAMPLES:])
+        apart = phase(run[: STAMPS.phase_samples]) - phase(before[-STAMPS.phase_samples :])
         run -= apart - np.round(apart)
     found: Floats = turns
     return found
@@ -120,7 +101,7 @@ def lost_before(stamps: Floats, period: float) -> Ints:
     later stamps do not take back."""
     turns = one_phase(stamps, period)
     around = np.exp(2j * np.pi * (turns % 1))
-    width = min(PHASE_SAMPLES, len(turns))
+    width = min(STAMPS.phase_samples, len(turns))
     mean = ndimage.uniform_filter1d(around.real, width) + 1j * ndimage.uniform_filter1d(
         around.imag, width
     )
@@ -131,7 +112,10 @@ def lost_before(stamps: Floats, period: float) -> Ints:
     if not np.any(excess):
         return excess
     ahead = ndimage.minimum_filter1d(
-        excess, min(LATE, len(excess)), mode="nearest", origin=-(min(LATE, len(excess)) // 2)
+        excess,
+        min(STAMPS.late, len(excess)),
+        mode="nearest",
+        origin=-(min(STAMPS.late, len(excess)) // 2),
     )
     return np.maximum.accumulate(np.maximum(ahead, 0))
 
@@ -140,26 +124,26 @@ def straightened(steps: Floats, period: float, lost: Ints) -> float:
     """The period, once more, from all steps with the samples lost in them; gaps are left out
     (rounded anyway)."""
     periods = 1 + np.diff(lost)
-    short = periods < LATE
+    short = periods < STAMPS.late
     return float(steps[short].sum() / periods[short].sum())
 
 
 def held(lost: int, count: int) -> bool:
     """May a grid have so many missing samples beside those that were measured."""
-    return lost <= RECURRENT_MOST * count or count + lost <= SMALL_GRID
+    return lost <= STAMPS.recurrent_most * count or count + lost <= STAMPS.small_grid
 
 
 def longest_kept(gaps: Ints, count: int) -> int:
     """The length to which the gaps between `count` samples are cut: few and long ones, so that all
-    together hold no more than LOST_MOST times as many."""
+    together hold no more than `lost_most` times as many."""
     rising = np.sort(gaps)
-    if rising.sum() <= LOST_MOST * count:
+    if rising.sum() <= STAMPS.lost_most * count:
         return int(rising[-1])
     short = np.concatenate([[0], np.cumsum(rising)[:-1]])
-    left = (LOST_MOST * count - short) / np.arange(len(rising), 0, -1)
+    left = (STAMPS.lost_most * count - short) / np.arange(len(rising), 0, -1)
     longest = max(int(left[np.argmax(rising > left)]), 1)
-    if np.count_nonzero(rising > longest) > CUT_MOST:  # they recur
-        longest = int(rising[-1 if held(int(rising.sum()), count) else -CUT_MOST - 1])
+    if np.count_nonzero(rising > longest) > STAMPS.cut_most:  # they recur
+        longest = int(rising[-1 if held(int(rising.sum()), count) else -STAMPS.cut_most - 1])
     return longest
 
 
@@ -171,7 +155,8 @@ def check_recurrent(kept: Ints, count: int, period: float, path: StrPath) -> Non
     raise BadInput(
         f"{path}: column time_s: {np.count_nonzero(kept)} gaps of up to "
         f"{kept.max() * period:.4g} s leave {100 * count / (count + lost):.2g} % of the samples; "
-        f"at least {100 / (RECURRENT_MOST + 1):.2g} % are needed. Read the sensor without pauses"
+        f"at least {100 / (STAMPS.recurrent_most + 1):.2g} % are needed. Read the sensor without "
+        "pauses"
     )
 
 
@@ -183,11 +168,11 @@ def found(stamps: Floats, rate_hz: float | None, path: StrPath, line: int | None
     steps = np.diff(stamps)
     check_order(steps, path, line)
     mean = (stamps[-1] - stamps[0]) / len(steps)
-    if steps.min() > (1 - NEAR) * mean and steps.max() < (1 + NEAR) * mean:
+    if steps.min() > (1 - STAMPS.step_near) * mean and steps.max() < (1 + STAMPS.step_near) * mean:
         jitter = float(steps.std() / np.sqrt(2))
         return (
             without_places(stamps, rate_hz, path)
-            if jitter > JITTER * mean
+            if jitter > STAMPS.jitter * mean
             else Clock(agreed(rate_hz, 1.0 / mean, path), jitter_s=jitter)
         )
     period = period_of(steps)
@@ -203,8 +188,12 @@ def found(stamps: Floats, rate_hz: float | None, path: StrPath, line: int | None
 def wandering(steps: Floats, gaps: Ints, period: float) -> bool:
     """Do the steps, less the whole periods in them, stray and gather what they stray: no even clock
     is behind them. A long gap is no part of a clock."""
-    off = (steps - (1 + gaps) * period)[gaps < LATE]
-    return bool(np.all(gaps < LATE)) and off.std() > JITTER * period and gathered(off) > MEMORYLESS
+    off = (steps - (1 + gaps) * period)[gaps < STAMPS.late]
+    return (
+        bool(np.all(gaps < STAMPS.late))
+        and off.std() > STAMPS.jitter * period
+        and gathered(off) > STAMPS.memoryless
+    )
 
 
 def without_places(stamps: Floats, rate_hz: float | None, path: StrPath) -> Clock:
@@ -214,12 +203,12 @@ def without_places(stamps: Floats, rate_hz: float | None, path: StrPath) -> Cloc
     steps = np.diff(stamps)
     late = np.cumsum(steps - steps.mean())
     rate = agreed(rate_hz, 1.0 / steps.mean(), path)
-    if gathered(steps) < MEMORYLESS:
+    if gathered(steps) < STAMPS.memoryless:
         return Clock(rate, None, "late", (), float(late.std()))
     places, rows = np.unique(
         np.round((stamps - stamps[0]) * rate).astype(np.int64), return_index=True
     )
-    if len(rows) < CROWDED * len(stamps):
+    if len(rows) < STAMPS.crowded * len(stamps):
         return Clock(rate, None, "uneven", (), float(late.std()))
     return Clock(rate, places, "uneven", (), float(late.std()), rows)
 
@@ -235,11 +224,11 @@ def with_places(steps: Floats, period: float, lost: Ints, rate: float, path: Str
         for i in np.flatnonzero(gaps > longest)
     )
     off = steps - (1 + gaps) * period
-    jitter = float(np.std(off[gaps < LATE]) / np.sqrt(2)) if len(off) else 0.0
+    jitter = float(np.std(off[gaps < STAMPS.late]) / np.sqrt(2)) if len(off) else 0.0
     return Clock(
         rate,
         places if np.any(gaps) else None,
-        "late" if jitter > JITTER * period else "even",
+        "late" if jitter > STAMPS.jitter * period else "even",
         cut,
         jitter,
     )
@@ -249,8 +238,8 @@ def behind_repeats(time: Floats, rate_hz: float, share: float, path: StrPath) ->
     """The even clock of a sensor whose fresh samples were read at these times; None where there is
     none: the reading failed at random, or for once."""
     steps = np.diff(time)
-    if gathered(steps) < MEMORYLESS:
+    if gathered(steps) < STAMPS.memoryless:
         own = len(steps) / float(time[-1] - time[0])
         return Clock(own) if own < (1 - share / 2) * rate_hz else None
     clock = found(time, None, path, 1)
-    return clock if clock.rate_hz < SLOWER * rate_hz and clock.kind == "even" else None
+    return clock if clock.rate_hz < STAMPS.slower * rate_hz and clock.kind == "even" else None
