@@ -9,7 +9,6 @@ import numpy as np
 from davarlab import arithmetic, axes, files, simulate
 from davarlab import model as models
 from davarlab.candidates.candidate import Candidate
-from davarlab.data import recording as recordings
 from davarlab.data.recording import Recording
 from davarlab.diagnosis import diagnose, fitting, improve, search
 from davarlab.diagnosis.improve import Estimates
@@ -19,13 +18,14 @@ from davarlab.errors import BadInput
 from davarlab.logs import formats
 from davarlab.logs.options import Options
 from davarlab.model import Model
+from davarlab.tables.constants import CLOCK, FORCE, TO_DPS
 
 from . import sources, store
 from .sources import Identity
 from .store import Done, Row
 
 # Unit at the end of a column's name -> factor to that of the analysis.
-FACTORS = recordings.TO_DPS | recordings.FORCE | recordings.CLOCK
+FACTORS = TO_DPS | FORCE | CLOCK
 DATED_S = 946684800  # Unix time of the year 2000: stamps before it count from somewhere else
 
 

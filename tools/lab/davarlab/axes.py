@@ -22,7 +22,7 @@ from .effects.base import Parameter
 from .errors import BadInput
 from .inference.estimate import Estimate, as_shown
 from .model import Model, as_said, is_accel, kind_said
-from .tables.constants import GRAVITY_MPS2, UG_PER_MPS2
+from .tables.constants import FORCE, GRAVITY_MPS2, PPB, TO_DPS, UG_PER_MPS2
 
 TO_MPS2 = {"g": GRAVITY_MPS2, "mg": 1e-3 * GRAVITY_MPS2, "m_s2": 1.0, "mps2": 1.0}
 # Around a word that is not in the name of a file.
@@ -81,7 +81,7 @@ def of_page(recording: Recording) -> list[str]:
 
 def unit_of(name: str) -> str | None:
     """dps, rad_s, g, ..; None for a column that is neither a gyro's nor an accelerometer's."""
-    units = TO_MPS2 if is_accel(name) else recordings.TO_DPS
+    units = TO_MPS2 if is_accel(name) else TO_DPS
     return next((unit for unit in units if name.endswith("_" + unit)), None)
 
 
@@ -116,7 +116,7 @@ def clock_for_analysis(recording: Recording, model: Model) -> tuple[Recording, M
         recording.columns[model.column], f"{recording.name}: column {model.column}"
     )
     phase = model.column.endswith("phase_s")
-    y = (np.diff(values) * recording.rate_hz if phase else values) / recordings.PPB
+    y = (np.diff(values) * recording.rate_hz if phase else values) / PPB
     columns = {
         one: column[: len(y)] for one, column in recording.columns.items() if not is_clock(one)
     } | {name: y}
@@ -140,7 +140,7 @@ def rate_unit(column: str) -> str:
     """The unit of the rate that the analysis makes of a column."""
     if is_clock(column):
         return "ppb"
-    return "m/s^2" if is_accel(column) or column.endswith(tuple(recordings.FORCE)) else "deg/s"
+    return "m/s^2" if is_accel(column) or column.endswith(tuple(FORCE)) else "deg/s"
 
 
 def ppb_name(column: str) -> str:

@@ -1441,6 +1441,24 @@ class Stamps:
     )
 
 
+@dataclass(frozen=True)
+class Record:
+    """What a recording needs to be one (data/recording.py)."""
+
+    minimum_samples: int = threshold(
+        1000, "samples", "DESIGN 12", "of a recording that is analysed, at least"
+    )
+    known_least: float = threshold(
+        2 / 3, "of the samples", "DESIGN 12", "from which those that are missing count as well"
+    )
+    spread_dps: tuple[float, float] = threshold(
+        (1e-15, 1e15), "deg/s", "choice", "range of the values of a rate whose unit may be right"
+    )
+    sane_hz: tuple[float, float] = threshold(
+        (1e-9, 1e9), "Hz", "choice", "outside of which a sample rate is refused"
+    )
+
+
 CHANCE = Chance()
 JUDGE = Judge()
 READING = Reading()
@@ -1466,6 +1484,7 @@ OBSERVED = Observed()
 REPEATS = Repeats()
 PLAUSIBLE = Plausible()
 STAMPS = Stamps()
+RECORD = Record()
 TABLE = {
     "CHANCE": CHANCE,
     "JUDGE": JUDGE,
@@ -1492,4 +1511,5 @@ TABLE = {
     "REPEATS": REPEATS,
     "PLAUSIBLE": PLAUSIBLE,
     "STAMPS": STAMPS,
+    "RECORD": RECORD,
 }

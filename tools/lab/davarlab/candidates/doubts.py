@@ -4,11 +4,11 @@ coefficient that is not physical, a column that is noise, a common cause (DESIGN
 from collections.abc import Sequence
 
 from ..arrays import Bools
-from ..data import recording as recordings
 from ..data.observations import Observation
 from ..effects.base import INFINITE
 from ..inference import estimate, images
 from ..inference.parts import Bench, Part, without
+from ..tables.constants import TO_DPS
 from ..thresholds import CHANCE, DOUBT
 from . import common_cause, own_noise
 from .candidate import Candidate
@@ -92,7 +92,7 @@ def of_rotation(seen: Sequence[Observation], part: Part, coefficient: float) -> 
     if not column.startswith("gyro_"):
         return ""
     leak = coefficient / next(
-        (factor for unit, factor in recordings.TO_DPS.items() if column.endswith("_" + unit)), 1.0
+        (factor for unit, factor in TO_DPS.items() if column.endswith("_" + unit)), 1.0
     )
     if abs(leak) < (DOUBT.leak_moved if was_moved(seen) else DOUBT.leak_at_rest):
         return ""

@@ -9,6 +9,7 @@ from scipy import ndimage
 
 from ..arrays import Bools, Floats, Ints
 from ..distributions import chi2_isf
+from ..tables.constants import TO_DPS
 from ..thresholds import MOTION, SIGNALS
 from . import events, signals
 from . import recording as recordings
@@ -21,7 +22,7 @@ Level = tuple[float, float]
 def moving(recording: Recording, sensor: str) -> dict[str, float]:
     """Every column of gyro or accelerometer that moves at all -> its factor to deg/s, or to the
     unit that it has."""
-    units = recordings.TO_DPS | {"counts": MOTION.count_dps} if sensor == "gyro" else {"": 1.0}
+    units = TO_DPS | {"counts": MOTION.count_dps} if sensor == "gyro" else {"": 1.0}
     return {
         name: factor
         for name in recording.columns

@@ -14,18 +14,13 @@ from ..arrays import Bools, Floats, Ints
 from ..errors import BadInput, printable
 from ..files import StrPath
 from ..tables import guess, table
+from ..tables.constants import CLOCK, FORCE, TO_DPS
+from ..thresholds import RECORD
 from . import clock, repeats
 from .clock import Clock
 
-TO_DPS = {"dps": 1.0, "rad_s": 180.0 / np.pi}
-FORCE = {"force_mps2": 1.0}
-PPB = 1e-9  # of a frequency
-CLOCK = {"clock_ppb": 1.0}  # as the analysis calls what it makes of a clock's column (axes.py)
-MINIMUM_SAMPLES = 1000
-KNOWN_LEAST = 2 / 3  # share of the samples, from which those that are missing count as well
+MINIMUM_SAMPLES: int = RECORD.minimum_samples
 WRITTEN = 1 << 14  # rows that are written at once
-SPREAD_DPS = (1e-15, 1e15)  # of a rate whose unit may be right
-RATES_HZ = (1e-9, 1e9)  # that a gyro may have
 
 
 @dataclass
@@ -115,7 +110,7 @@ class Recording:
             )
         rate = self.column(name) * factors[unit]
         spread = float(np.ptp(rate))
-        if spread and not SPREAD_DPS[0] < spread < SPREAD_DPS[1]:
+        if spread and not RECORD.spread_dps[0] < spread < RECORD.spread_dps[1]:
             raise BadInput(
                 f"{self.name}: column {name}: a range of {spread:.3g} deg/s is not that of a gyro"
             )
@@ -129,7 +124,7 @@ def is_clock(name: str) -> bool:
 
 def counted(known: int, missing: int) -> int:
     """How many samples a recording counts for."""
-    return known + missing * (known >= KNOWN_LEAST * (known + missing))
+    return known + missing * (known >= RECORD.known_least * (known + missing))
 
 
 def check_enough(known: int, missing: int, path: StrPath, why: str = "") -> None:
@@ -232,7 +227,7 @@ def of_columns(
     was lost is filled by interpolation, a placeholder.
     """
     read = clock_of(columns, rate_hz, path, line, places)
-    if not RATES_HZ[0] < read.rate_hz < RATES_HZ[1]:
+    if not RECORD.sane_hz[0] < read.rate_hz < RECORD.sane_hz[1]:
         raise BadInput(f"{path}: column time_s gives {read.rate_hz:g} samples per second")
     without_repeats = fresh(columns, read.rate_hz, path, places)
     time, rows, used = without_repeats or (columns.get("time_s"), columns, read)

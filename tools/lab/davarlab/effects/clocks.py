@@ -7,7 +7,8 @@ compare with a data sheet: Allan deviations at 1 s, the flicker floor, seconds."
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from ..data.recording import PPB, is_clock
+from ..data.recording import is_clock
+from ..tables.constants import PPB
 from . import table
 from .base import Parameter
 

@@ -19,6 +19,7 @@ from ..data.recording import Recording
 from ..errors import BadInput, of_extra
 from ..files import StrPath
 from ..tables import table as tables
+from ..thresholds import RECORD
 from . import sensor as sensors
 from . import text
 from .options import Options
@@ -242,7 +243,7 @@ def read(
     found = samples(path, options)
     count = len(next(iter(found.columns.values())))
     why = f" ({', '.join(found.said)})" if found.said else ""
-    if count < recordings.KNOWN_LEAST * recordings.MINIMUM_SAMPLES:
+    if count < RECORD.known_least * recordings.MINIMUM_SAMPLES:
         recordings.check_enough(count, 0, path, why)
     made = replace(recording_of(found, path, options.rate_hz), as_recorded=options.as_recorded)
     recordings.check_enough(count, made.missing_samples if not made.rows else 0, path, why)

@@ -14,6 +14,7 @@ from ..data import recording as recordings
 from ..errors import BadInput
 from ..files import StrPath
 from ..tables import guess, table
+from ..tables.constants import TO_DPS
 from . import hint, named
 from .options import Options
 from .sensor import Samples, Sensor
@@ -147,7 +148,7 @@ def other(name: str) -> bool:
     quantity = guess.quantity_of(name)
     return bool(guess.axis_of(name)) and (
         quantity == "gyro"
-        and name.endswith(tuple("_" + unit for unit in recordings.TO_DPS))
+        and name.endswith(tuple("_" + unit for unit in TO_DPS))
         and not name.startswith("gyro_")
         or quantity == "accel"
         and name.startswith("accel_")
@@ -162,7 +163,7 @@ def is_own(names: Collection[str], rate_hz: float | None) -> bool:
     if any(map(other, names)):
         return False
     return any(
-        name.endswith(tuple("_" + unit for unit in recordings.TO_DPS))
+        name.endswith(tuple("_" + unit for unit in TO_DPS))
         or recordings.is_clock(name)
         or not gyros
         and ACCEL.fullmatch(name)

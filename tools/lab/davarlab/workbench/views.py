@@ -9,7 +9,7 @@ from ..arrays import Floats
 from ..axes import SHOWN, for_analysis
 from ..candidates import identifiable
 from ..candidates.candidate import Candidate
-from ..data.recording import FORCE, Recording
+from ..data.recording import Recording
 from ..diagnosis import (
     cells,
     compare,
@@ -29,6 +29,7 @@ from ..inference.parts import part_of, spectrum_of
 from ..model import Model, Term, is_accel
 from ..report import curves, values, verdict, words
 from ..report.values import Json
+from ..tables.constants import FORCE
 from ..thresholds import CHANCE
 from .dataset import Dataset, Outcome
 
