@@ -1407,7 +1407,10 @@ class Stamps:
         32, "periods", "choice", "above which a gap need not keep the phase of the clock"
     )
     late: int = threshold(
-        64, "samples", "DESIGN 12", "within which a late stamp is made good by those after it"
+        64,
+        "samples",
+        "DESIGN 12",
+        "within which a late stamp is made good by later ones; a longer gap shows no clock",
     )
     crowded: float = threshold(
         0.75,
