@@ -92,7 +92,8 @@ def test_the_factors_that_a_log_states_are_shown_and_used(folder, opened, tabs):
     """Counts of 0.001 rad/s every 10 ms, as Gyroflow writes them."""
     top = "GYROFLOW IMU LOG\nversion,1.3\ntscale,0.01\ngscale,0.001\nt,gx,gy,gz\n"
     made = random.Random(4)
-    rows = (f"{i},{round(made.gauss(0, 20))},{i % 3},{i % 5}\n" for i in range(3000))
+    counts = ([round(made.gauss(0, 20)) for _ in range(3)] for _ in range(3000))
+    rows = (f"{place},{x},{y},{z}\n" for place, (x, y, z) in enumerate(counts))
     (folder / "log.gcsv").write_text(top + "".join(rows))
     page = dropped(tabs.open(opened()), folder / "log.gcsv")
     factor = page.locator("[data-index='1'][data-key=factor]")
