@@ -69,7 +69,7 @@ def test_a_candidate_with_which_the_error_rises_makes_room_for_the_next(opened, 
     expect(best).to_be_enabled()
 
 
-def test_cards_are_in_the_order_of_their_error_and_say_how_to_confirm(opened, tabs):
+def test_cards_are_in_the_order_of_evidence_and_error_and_say_how_to_confirm(opened, tabs):
     bench = opened()
     page = tabs.open(bench)
     page.click("#tutorial")
@@ -77,8 +77,11 @@ def test_cards_are_in_the_order_of_their_error_and_say_how_to_confirm(opened, ta
     cards = page.locator("#next > .card")
     expect(cards.locator(".candidate:disabled")).to_have_count(0)
     shown = [float(text.split("→")[1]) for text in cards.locator(".to").all_inner_texts()]
+    labels = cards.locator(".pips").evaluate_all("all => all.map((one) => one.ariaLabel)")
+    evidence = [int(re.search(r"(\d) of 4", label)[1]) for label in labels]
     assert len(shown) == 3
-    assert shown == sorted(shown)
+    order = [(-pips, error) for pips, error in zip(evidence, shown, strict=True)]
+    assert order == sorted(order)
     expect(cards.locator(".confirm:visible")).to_have_count(3)
     page.click("#more summary")  # its errors come one after the other
     expect(page.locator("#more [data-error]").last).to_have_text(re.compile(r"^→ .*, p "))

@@ -137,7 +137,12 @@ python_environment() {
     echo "$folder/bin/python"
 }
 
+# npm has certificates of its own; a proxy has one of the system's.
 make_node_packages() {
+    local system=/etc/ssl/certs/ca-certificates.crt
+    if [[ -z ${NODE_EXTRA_CA_CERTS:-} && -e $system ]]; then
+        export NODE_EXTRA_CA_CERTS=$system
+    fi
     rm -rf "$2" && mkdir "$2" && cp "$1"/package*.json "$2" &&
         npm ci --prefix "$2" --ignore-scripts --no-audit --no-fund && touch "$2/complete"
 }
