@@ -14,7 +14,7 @@ from davarlab.candidates.candidate import Candidate
 from davarlab.data import signals
 from davarlab.diagnosis import improve
 from davarlab.inference.parts import Bench, Part
-from davarlab.report import verdict
+from davarlab.report import verdict, words
 from davarlab.thresholds import LINE, STEP, TRIES
 from lab_bench import run
 from scipy import interpolate, stats
@@ -123,7 +123,8 @@ def test_a_line_that_turns_with_a_column_is_named_with_its_multiple(name):
     assert entry["column"].value == "rpm"
     assert entry["multiple"].value == pytest.approx(named, rel=1e-3)
     assert entry["amplitude_dps"].value == pytest.approx(row["amplitude"], rel=0.15)
-    said = re.search(r"\(([\d.]+) times a speed in rpm\)", verdict.of_missing(found))
+    missing = words.in_ascii(verdict.of_missing(found))
+    said = re.search(r"\(([\d.e-]+) times a speed in rpm\)", missing)
     assert float(said[1]) == pytest.approx(60 * named, rel=1e-3)
     again = improve.fit(made, model.of_text(model.text_of(found.model), name))
     assert again[0].judgement.adequate  # the model file says all of it

@@ -4,7 +4,7 @@
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
+import scipy
 
 from ..arrays import Floats, Ints
 from ..inference import allan, changes, modulation
@@ -60,7 +60,9 @@ def smooth(octaves: Sequence[int], deviations: Floats, taus: Sequence[int]) -> F
     if len(octaves) < 2:
         return np.full(len(taus), deviations[0])
     known = np.log(np.maximum(deviations, 1e-30))
-    found: Floats = np.exp(PchipInterpolator(np.log(octaves), known)(np.log(taus)))
+    found: Floats = np.exp(
+        scipy.interpolate.PchipInterpolator(np.log(octaves), known)(np.log(taus))
+    )
     return found
 
 
