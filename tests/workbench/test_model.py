@@ -107,13 +107,13 @@ def test_a_pair_is_offered_if_no_effect_helps_alone(opened, tabs):
 
 
 def test_a_fit_that_a_candidate_contradicts_is_nowhere_green(folder, opened, tabs):
-    """Both axes are white, so that two noises fit; one has a part of what a third column has."""
+    """Two noises fit both axes; one has a little of what a third column has, a level a second."""
 
     def third(i):
-        return random.Random(i).gauss(0, 0.2)
+        return random.Random(i // 50).gauss(0, 0.2)
 
     header = "time_s,gyro_x_dps,gyro_z_dps,vbat_V"
-    noise(folder / "rec.csv", header, lambda i: 0.0, lambda i: 0.1 * third(i), third)
+    noise(folder / "rec.csv", header, lambda i: 0.0, lambda i: 0.02 * third(i), third)
     page = tabs.open(opened("rec.csv"))
     for axis, fits in (("gyro_x_dps", True), ("gyro_z_dps", False)):
         page.select_option("#axis", axis)
@@ -457,7 +457,6 @@ def test_a_model_that_fails_on_the_held_out_recording_is_not_green(folder, opene
     page.reload()
     expect(page.locator("#contrary")).to_contain_text("does not fit the held-out recording")
     expect(page.locator("#held-out-error")).to_contain_text("floor")
-    expect(page.locator("#to-held-out")).to_be_visible()
     expect(page.locator("#head")).to_have_class("head ")
 
 

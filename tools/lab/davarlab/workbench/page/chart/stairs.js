@@ -14,7 +14,8 @@ export function staircase(place, steps, next, most = 0) {
         left = phone ? 42 : 48,
         bottom = height - (phone ? 22 : 26),
         right = phone ? 12 : 70,
-        top = 1.15 * Math.max(most, ...steps.map((one) => Math.max(one.error, 2 * one.floor)));
+        top =
+            1.15 * (Math.max(most, ...steps.map((one) => Math.max(one.error, 2 * one.floor))) || 1);
     const Y = (error) => bottom - (Math.min(error, top) / top) * (bottom - 16),
         shown = steps.slice(-(phone ? 3 : 6));
     const slots = Math.max(3, shown.length + 1),

@@ -39,7 +39,9 @@ function against() {
     const { view, answer } = now,
         lacking =
             answer?.against.length &&
-            answer.candidates.find((one) => answer.against.includes(one.kind) && !one.doubt),
+            answer.candidates.find(
+                (one) => one.beyond_chance && !one.doubt && answer.against.includes(one.kind),
+            ),
         said = [answer?.lacks, contrary()].filter(Boolean).join("; ");
     if (said)
         return [

@@ -111,7 +111,7 @@ function cards() {
         value = (card) => errorOf(card) ?? Infinity;
     return all
         .sort((a, b) => pipsOf(b.one) - pipsOf(a.one) || value(a) - value(b))
-        .filter((card, i) => !card.also || i === 0)
+        .filter((card, i) => !card.also || i === 0 || !foreseen.has(key(card)))
         .slice(0, CARDS);
 }
 

@@ -86,7 +86,17 @@ const missing = (row) =>
         ? "Nothing"
         : row.unknown
           ? "No known effect"
-          : families(row.candidates).slice(0, 1).map(named).join("") || "Not determined";
+          : families(row.candidates).slice(0, 1).map(named).join("") ||
+            doubtful(row) ||
+            "Not determined";
+
+// What speaks against a fit although it is not what it seems.
+const doubtful = (row) =>
+    row.candidates
+        .filter((one) => one.doubt && row.against.includes(one.kind))
+        .slice(0, 1)
+        .map((one) => `${capital(one.title)} (doubtful)`)
+        .join("");
 
 async function open(sensor, column) {
     select("fit");
