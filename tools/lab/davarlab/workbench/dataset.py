@@ -341,8 +341,7 @@ class Dataset:
         between: Callable[[], None] = lambda: None,
     ) -> list[Candidate]:
         """Candidates beside the fitted model, best first, as `davarlab diagnose` ranks and doubts
-        them;
-        `partly` hears what was found so far; `between` is called before each fit; both may
+        them; `partly` is called with what was found so far, `between` before each fit; both may
         raise."""
         outcome = self.outcome_of(text, True, progress)
         if outcome.ranked is None:

@@ -1,7 +1,7 @@
 // The main chart: Allan deviation, measured over model, and where it fails, on one axis of averaging times. A state has the values at the
 // octaves, and `curve`, the model at eight averaging times an octave.
 import * as cells from "/page/chart/cells.js";
-import { marks, scale, timeMarks } from "/page/chart/scale.js";
+import { marks, scale, spread, timeMarks } from "/page/chart/scale.js";
 import { area, canvas, dotted, line, svg } from "/page/chart/svg.js";
 import { brief, number, timesText } from "/page/words.js";
 
@@ -475,16 +475,7 @@ export class AllanChart {
                 y: clamp(Y(value) + 4, top + 38, bottom),
             }))
             .sort((a, b) => a.y - b.y);
-        for (let round = 0; round < 3; round++) {
-            placed.forEach((one, i) => {
-                if (i && one.y < placed[i - 1].y + 14) one.y = placed[i - 1].y + 14;
-            });
-            for (let i = placed.length - 1; i >= 0; i--)
-                placed[i].y = Math.min(
-                    placed[i].y,
-                    i === placed.length - 1 ? bottom : placed[i + 1].y - 14,
-                );
-        }
+        spread(placed, bottom, 14);
         for (const one of placed)
             svg(
                 "text",

@@ -86,3 +86,16 @@ export function clockMarks(from, to, most) {
         found.push([value, `${number(value / size)} ${unit}`]);
     return found;
 }
+
+// Moves labels, from the top down, apart by `gap` pixels, none below `bottom`.
+export function spread(placed, bottom, gap) {
+    for (let round = 0; round < 3; round++) {
+        placed.forEach((one, i) => {
+            if (i) one.y = Math.max(one.y, placed[i - 1].y + gap);
+        });
+        for (let i = placed.length - 1, most = bottom; i >= 0; i--) {
+            placed[i].y = Math.min(placed[i].y, most);
+            most = placed[i].y - gap;
+        }
+    }
+}

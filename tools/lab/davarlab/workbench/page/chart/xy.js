@@ -1,5 +1,5 @@
 // A chart of lines, bands and points on two axes. It remembers a zoom, and names its curves at their right ends.
-import { clockMarks, marks, scale, timeMarks } from "/page/chart/scale.js";
+import { clockMarks, marks, scale, spread, timeMarks } from "/page/chart/scale.js";
 import { area, canvas, line, svg } from "/page/chart/svg.js";
 import { number } from "/page/words.js";
 
@@ -225,16 +225,7 @@ function names(drawing, kept, { Y, r, top, bottom }) {
             ),
         }))
         .sort((a, b) => a.y - b.y);
-    for (let round = 0; round < 3; round++) {
-        placed.forEach((p, i) => {
-            if (i && p.y < placed[i - 1].y + 15) p.y = placed[i - 1].y + 15;
-        });
-        for (let i = placed.length - 1; i >= 0; i--)
-            placed[i].y = Math.min(
-                placed[i].y,
-                i === placed.length - 1 ? bottom : placed[i + 1].y - 15,
-            );
-    }
+    spread(placed, bottom, 15);
     for (const { one, y } of placed)
         svg(
             "text",
