@@ -14,7 +14,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tools/lab"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "python"))
 from davarlab import simulate
 from davarlab.model import Term
 

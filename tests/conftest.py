@@ -31,7 +31,7 @@ PROGRAMS = {
     "DAVAR_NODE": "debug/gateway/davar-node",
     "DAVAR_WIRE_PROBE": "debug/tests/wire_probe",
     "DAVAR_TELEMETRY_PROBE": "debug/tests/telemetry_probe",
-    "DAVAR_LAB_LIBRARY": "tools/tools/lab/libdavar_lab.so",
+    "DAVAR_LAB_LIBRARY": "tools/python/libdavar_lab.so",
 }
 for variable, program in PROGRAMS.items():
     os.environ.setdefault(variable, str(BUILD / program))
@@ -46,10 +46,10 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # A test imports the packages of the checkout and the helpers of its folder. Names are unique.
 sys.dont_write_bytecode = not sys.pycache_prefix
-for folder in ["tools/lab", "tools/plan", "tools/support", *map(str, sorted(TESTS.glob("*/")))]:
+for folder in ["python", "tools/support", *map(str, sorted(TESTS.glob("*/")))]:
     sys.path.append(str(ROOT / folder))
 os.environ["PYTHONPATH"] = os.pathsep.join(
-    [str(ROOT / "tools/lab"), *filter(None, [os.environ.get("PYTHONPATH")])]
+    [str(ROOT / "python"), *filter(None, [os.environ.get("PYTHONPATH")])]
 )
 
 

@@ -21,7 +21,7 @@ CPPCHECK = "cppcheck --quiet --error-exitcode=1 --std=c11 --inline-suppr -j2"
 CPPCHECK += " --suppressions-list=cmake/cppcheck.txt"
 INCLUDES = (*c_library.PUBLIC, "port/include", "port/node", "host_sim")
 BESIDE = Path(sys.executable).parent  # programs of the tests' own Python
-PAGE = ("tools/lab/davarlab/workbench/page", "tools/lab/davarlab/report")  # its .js and .css
+PAGE = ("python/davarlab/workbench/page", "python/davarlab/report")  # its .js and .css
 
 
 def run(*words):
@@ -167,7 +167,7 @@ def test_prettier(node):
 
 
 def test_tsc(node):
-    status, output = node("tsc", "--project", "tools/lab")
+    status, output = node("tsc", "--project", "python")
     assert status == 0, output
 
 
@@ -189,9 +189,9 @@ def test_tsc_finds(change, node, tmp_path):
     """A change of one module breaks another one that uses it."""
     module, old, new, user = CHANGES[change]
     for name in ("tsconfig.json", "page.d.ts"):
-        shutil.copy(ROOT / "tools/lab" / name, tmp_path)
+        shutil.copy(ROOT / "python" / name, tmp_path)
     for folder in PAGE:
-        target = tmp_path / Path(folder).relative_to("tools/lab")
+        target = tmp_path / Path(folder).relative_to("python")
         shutil.copytree(ROOT / folder, target)
     changed = tmp_path / "davarlab/workbench/page" / module
     text = changed.read_text()

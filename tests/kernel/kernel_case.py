@@ -201,7 +201,7 @@ class KernelCase(unittest.TestCase):
     def live(self, source, **options):
         """Starts davarlab live. On a bus, it listens when this returns."""
         wanted = json.dumps({**LIVE_OPTIONS, "source": source, "json": False, **options})
-        live = self.start(sys.executable, "-B", "-c", LIVE, wanted, cwd=ROOT / "tools/lab")
+        live = self.start(sys.executable, "-B", "-c", LIVE, wanted, cwd=ROOT / "python")
         kind, _, interface = source.partition(":")
         if kind != "slcan":
             wait_for(lambda: listeners(interface) == 1, "davarlab live", 60)

@@ -64,7 +64,7 @@ class Day(KernelCase):
         command = [sys.executable, "-B", "-c", LIVE, json.dumps({**LIVE_OPTIONS, **more})]
         with open(self.hours, "wb") as file:
             out = file.fileno()
-            process = self.start(*command, out, cwd=ROOT / "tools/lab", pass_fds=(out,))
+            process = self.start(*command, out, cwd=ROOT / "python", pass_fds=(out,))
         reader = threading.Thread(
             target=lambda: self.shown.extend(self.key(json.loads(line)) for line in process.stdout)
         )

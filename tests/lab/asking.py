@@ -11,8 +11,8 @@ from pathlib import Path
 from unittest import mock
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tools/lab"))
-os.environ.setdefault("DAVAR_LAB_LIBRARY", str(ROOT / "build/tools/tools/lab/libdavar_lab.so"))
+sys.path.insert(0, str(ROOT / "python"))
+os.environ.setdefault("DAVAR_LAB_LIBRARY", str(ROOT / "build/tools/python/libdavar_lab.so"))
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # imported before numpy, or it is too late
 
 MODEL = """[sensor]

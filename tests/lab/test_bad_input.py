@@ -227,7 +227,7 @@ def test_a_scenario_is_a_model_and_what_is_assumed_is_said(lab, rec):
 
 @pytest.mark.slow
 def test_the_spectrum_of_the_design_is_found(lab):
-    text = (ROOT / "tools/lab/DESIGN.md").read_text()
+    text = (ROOT / "python/davarlab/DESIGN.md").read_text()
     block = re.search(r"    # resonance\.py\n(?:(?:    .*)?\n)+", text)[0]
     own = lab.file("resonance.py", textwrap.dedent(block))
     effect = '[[effect]]\nkind = "resonance"\nstd_dps = 0.03\nfrequency_hz = 7.0\n'

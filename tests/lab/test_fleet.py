@@ -31,7 +31,7 @@ N = "angle_random_walk.coefficient_deg_per_sqrt_h"
 SECONDS, UNITS, EFFECT = 600.0, 48, 0.0015
 INTERRUPTED = 8  # recordings of a run that is ended behind the second
 ENVIRONMENT = {
-    "PYTHONPATH": str(ROOT / "tools/lab"),
+    "PYTHONPATH": str(ROOT / "python"),
     "AWS_ACCESS_KEY_ID": "a",
     "AWS_SECRET_ACCESS_KEY": "b",
     "AWS_DEFAULT_REGION": "us-east-1",

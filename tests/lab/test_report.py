@@ -230,7 +230,7 @@ def test_every_key_is_listed_and_every_listed_key_is_there(lab):
 
 
 def test_every_answer_and_every_observation_is_listed(lab):
-    sources = ROOT / "tools/lab/davarlab"
+    sources = ROOT / "python/davarlab"
     verdict = (sources / "report/verdict.py").read_text()
     answer = verdict.split("def answer(")[1].split("\ndef ")[0].split('"""')[2]
     assert {row[0].strip("`") for row in table("Answers")} == set(re.findall('"([a-z]+)"', answer))

@@ -412,7 +412,7 @@ def test_ctrl_c_ends_it_while_it_computes(tmp_path):
         "coefficient_deg_per_sqrt_h = 0.3\n"
         + "".join(line.format(0.5 + k / 25) for k in range(600))
     )
-    environment = {"PYTHONPATH": str(ROOT / "tools/lab"), "XDG_STATE_HOME": str(tmp_path / "state")}
+    environment = {"PYTHONPATH": str(ROOT / "python"), "XDG_STATE_HOME": str(tmp_path / "state")}
     server = subprocess.Popen(
         [sys.executable, "-B", "-m", "davarlab", "open", "--no-browser", str(made)],
         cwd=tmp_path,

@@ -44,7 +44,7 @@ def test_libraries_that_few_need_are_not_loaded():
         "import davarlab.workbench.server; print(*sys.modules)"
     )
     words = [sys.executable, "-c", code]
-    lab = asking.ROOT / "tools/lab"
+    lab = asking.ROOT / "python"
     printed = subprocess.run(words, cwd=lab, text=True, capture_output=True, check=True).stdout
     command, page = (set(line.split()) for line in printed.splitlines())
     assert (NEEDED_BY_FEW | PAGE_AND_REPORT) & command == set()

@@ -75,7 +75,7 @@ def test_the_model_file_and_the_effect_of_the_pages_are_accepted(work):
     model = re.search(r"^```toml\n(.*?)^```$", page, re.DOTALL | re.MULTILINE)[1]
     (work / "model.toml").write_text(model, encoding="utf-8")
     tutorial.run(["tools/davarlab", "export", "model.toml", "-o", "table.csv"], work)
-    design = (ROOT / "tools/lab/DESIGN.md").read_text(encoding="utf-8")
+    design = (ROOT / "python/davarlab/DESIGN.md").read_text(encoding="utf-8")
     effect = re.search(r"^    from davarlab\..*\n(?:    .*\n)+", design, re.MULTILINE)[0]
     (work / "own.py").write_text(textwrap.dedent(effect), encoding="utf-8")
     kinds = tutorial.run(["tools/davarlab", "effects", "--effects", "own.py"], work)

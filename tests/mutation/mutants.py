@@ -57,12 +57,12 @@ PARTS = {
     ),
     "host_sim": Part(("host_sim",), ("unit/text",), ("cli/test_*.py", "wire/test_*.py")),
     "gateway": Part(("gateway",), (), ("wire/test_*.py",)),
-    "planner": Part(("tools/plan/planner",), (), ("tools/test_*plan*.py",)),
-    "davarlab": Part(("tools/lab/davarlab",), (), ("lab/test_*.py", "wire/test_*.py"), HEAVY),
+    "planner": Part(("python/planner",), (), ("tools/test_*plan*.py",)),
+    "davarlab": Part(("python/davarlab",), (), ("lab/test_*.py", "wire/test_*.py"), HEAVY),
 }
 C_PARTS = {"lib": ("lib",), "rest": ("host_sim", "gateway")}  # of each copy of the tree
 POOL = ThreadPoolExecutor(os.cpu_count() or 2)
-DRAWN = ("tools/lab/davarlab/report/plot.py",)  # only looks
+DRAWN = ("python/davarlab/report/plot.py",)  # only looks
 
 
 def write(path, text):
@@ -377,7 +377,7 @@ class Module(Suite):
             "DAVAR_WIRE_PROBE": "tests/wire_probe",
             "DAVAR_TELEMETRY_PROBE": "tests/telemetry_probe",
             "DAVAR_PLAN": "tools/plan/davar-plan",
-            "DAVAR_LAB_LIBRARY": "tools/lab/libdavar_lab.so",
+            "DAVAR_LAB_LIBRARY": "python/libdavar_lab.so",
         }
         programs = {name: str(plain / program) for name, program in named.items()}
         return worker(self.copy).ask(
@@ -422,7 +422,7 @@ class Worker:
     of_thread = threading.local()
 
     def __init__(self, copy):
-        folders = os.pathsep.join(map(str, (copy.tree / "tools/lab", copy.tree / "tools/plan")))
+        folders = os.pathsep.join(map(str, (copy.tree / "python",)))
         self.process = subprocess.Popen(
             [
                 *(sys.executable, "-B", copy.tree / "tests/mutation/pytest_worker.py"),

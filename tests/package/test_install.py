@@ -54,7 +54,7 @@ IN_WHEEL = (
     "davarlab/shared/davar.dbc",
     "davarlab/shared/davar-plan",
     "davarlab/shared/davar-promise",
-    "davarlab/shared/planner/costs.json",
+    "planner/costs.json",
     "davarlab/report/page.html",
     "davarfleet/page.html",
     f"davar-{VERSION}.dist-info/licenses/LICENSE",
@@ -76,7 +76,13 @@ def test_one_wheel_for_every_python_contains_only_the_packages(wheel):
     with zipfile.ZipFile(wheel.dist / made) as archive:
         names = archive.namelist()
     info = f"davar-{VERSION}.dist-info"
-    assert {name.split("/")[0] for name in names} == {"davar", "davarlab", "davarfleet", info}
+    assert {name.split("/")[0] for name in names} == {
+        "davar",
+        "davarlab",
+        "davarfleet",
+        "planner",
+        info,
+    }
     assert set(IN_WHEEL) <= set(names)
     build = (".c", ".a", ".pyc", ".txt")
     assert [name for name in names if name.endswith(build)] == [f"{info}/entry_points.txt"]
@@ -212,7 +218,7 @@ except ValueError as why:
     done = run(["-c", code], tmp_path, wheel.site)
     assert done.returncode == 0, done.stderr
     programs, planned, log, damaged = done.stdout.splitlines()
-    assert programs == f"None {wheel.site}/davarlab/shared/planner/programs.py"
+    assert programs == f"None {wheel.site}/planner/programs.py"
     assert planned == "1 axis of int16 at 1000 Hz (icm42688@1000) on a cortex-m4f True"
     columns = r"\['gyro_x_(dps|rad_s)', 'gyro_y_\w+', 'gyro_z_\w+', 'time_s'\]"
     assert re.fullmatch(rf"200\.0 {columns} 3000", log)

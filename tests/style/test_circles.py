@@ -1,6 +1,6 @@
-"""No module of tools/ imports itself by way of others, and no source of lib/ calls itself by way
-of others, so that each can be read after what it uses. An import counts in a function, and for the
-type checker only.
+"""No module of python/ or tools/ imports itself by way of others, and no source of lib/ calls
+itself by way of others, so that each can be read after what it uses. An import counts in a
+function, and for the type checker only.
 """
 
 import ast
@@ -9,7 +9,7 @@ import re
 
 from c_text import ROOT, bare, c_files, text_of
 
-BASES = [ROOT / name for name in ("tools/lab", "tools/plan", "tools/support")]
+BASES = [ROOT / name for name in ("python", "tools/support")]
 
 
 def imports(path):
@@ -36,13 +36,14 @@ def calls(names):
     }
 
 
-def test_no_module_of_tools_imports_itself_by_way_of_others():
+def test_no_module_of_python_or_tools_imports_itself_by_way_of_others():
     """A package counts as imported only by its name, because Python has begun to import it before
     any module in it.
     """
     modules = {
         path.parent if path.name == "__init__.py" else path.with_suffix(""): path
-        for path in (ROOT / "tools").rglob("*.py")
+        for base in BASES
+        for path in base.rglob("*.py")
     }
     edges = {
         place: {one for one in imports(path) if one in modules} - {place, *place.parents}

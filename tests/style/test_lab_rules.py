@@ -12,7 +12,7 @@ from pathlib import Path
 
 from c_text import ROOT
 
-LAB = ROOT / "tools/lab/davarlab"
+LAB = ROOT / "python/davarlab"
 FLEET = LAB.with_name("davarfleet")
 # From the data to the page; a module may import from its own room and from those before it.
 ROOMS = re.findall(

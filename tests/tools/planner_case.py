@@ -18,7 +18,7 @@ import numpy as np
 from scipy import signal
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "tools/plan"))
+sys.path.append(str(ROOT / "python"))
 from planner import __main__ as command_line  # noqa: E402
 from planner import choice, costs, programs, wishes  # noqa: E402
 

@@ -31,7 +31,7 @@ from planner_case import (
 from planner_case import refused as refused_by
 from scipy import signal, stats
 
-COSTS = json.loads((ROOT / "tools/plan/planner/costs.json").read_text())
+COSTS = json.loads((ROOT / "python/planner/costs.json").read_text())
 SUM_BITS = {"int16": 32, "int32": 80, "float": 66}  # W m^2 of exact sums, lib/DESIGN.md (2.4)
 
 

@@ -10,8 +10,7 @@ import tempfile
 import time
 from pathlib import Path
 
-sys.path.append(str(Path(__file__).resolve().parents[2] / "tools/lab"))
-sys.path.append(str(Path(__file__).resolve().parents[2] / "tools/plan"))
+sys.path.append(str(Path(__file__).resolve().parents[2] / "python"))
 from playwright.sync_api import expect, sync_playwright
 from visiting import Started, Tabs, effects, ranked, tab
 

@@ -1,4 +1,4 @@
-/* davar-promise - what a setup can promise, for the planner in tools/plan/planner: how wide the
+/* davar-promise - what a setup can promise, for the planner in python/planner: how wide the
  * interval of the angle random walk is, how late law glr shows that the noise has doubled, and how
  * much memory an instance takes. The library itself fits simulated windows, detects simulated
  * changes and has the macros of the memory.

@@ -1,7 +1,7 @@
 """Measures what setups of tools/davar-plan cost on the emulated bare boards: compiles them with the
 library, links them, runs them. Fits the table from which the planner computes costs.
 
-    python3 tools/support/setup_cost.py            renews tools/plan/planner/costs.json
+    python3 tools/support/setup_cost.py            renews python/planner/costs.json
     python3 tools/support/setup_cost.py ROW ...    renews these rows: sizes, flat, floor
 
 Called by tools/davar-bench --setups. Standard library only.
@@ -23,7 +23,7 @@ import c_library
 import targets
 
 ROOT = targets.ROOT
-sys.path.insert(0, str(ROOT / "tools/plan"))
+sys.path.insert(0, str(ROOT / "python"))
 
 from planner import costs, text  # noqa: E402
 from planner.design import TAUS_MOST, Design  # noqa: E402

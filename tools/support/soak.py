@@ -256,8 +256,8 @@ def week(hours: float, number: int, folder: Path) -> Done:
 def tabs(hours: float, number: int, folder: Path) -> Done:
     """100 tabs of one workbench server."""
     script = [python(), "-B", "tests/workbench/soak_tabs.py", "--seconds", f"{3600 * hours:.0f}"]
-    library = str(BUILD / "tools/tools/lab/libdavar_lab.so")
-    log, paths = "soak-tabs.log", str(ROOT / "tools/lab")
+    library = str(BUILD / "tools/python/libdavar_lab.so")
+    log, paths = "soak-tabs.log", str(ROOT / "python")
     status, output = run(script, log, DAVAR_LAB_LIBRARY=library, PYTHONPATH=paths)
     lines = [line for line in output.splitlines() if line.startswith("{")]
     done = Done(hours, counts=json.loads(lines[-1]) if lines else {})

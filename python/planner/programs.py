@@ -14,13 +14,13 @@ from .wishes import BadOption, Wishes
 
 PROGRAM = Path(
     os.environ.get(
-        "DAVAR_PLAN", Path(__file__).resolve().parents[3] / "build/tools/tools/plan/davar-plan"
+        "DAVAR_PLAN", Path(__file__).resolve().parents[2] / "build/tools/tools/plan/davar-plan"
     )
 )
 PROMISE = PROGRAM.with_name("davar-promise")
 
 
-AMALGAMATE = Path(__file__).resolve().parents[2] / "support/amalgamate.py"
+AMALGAMATE = Path(__file__).resolve().parents[2] / "tools/support/amalgamate.py"
 
 
 class FitPlan(NamedTuple):

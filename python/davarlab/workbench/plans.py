@@ -1,10 +1,9 @@
-"""Plans of a setup for a chip: what the planner of tools/plan finds for options of its command
+"""Plans of a setup for a chip: what the planner finds for options of its command
 line. Nothing is kept between two requests."""
 
 import io
 import os
 import shlex
-import sys
 import zipfile
 from dataclasses import replace
 
@@ -13,7 +12,6 @@ from ..errors import BadInput
 from ..report.values import Json
 
 os.environ.setdefault("DAVAR_PLAN", str(places.shared("build/tools/tools/plan/davar-plan")))
-sys.path.insert(0, str(places.shared("tools/plan/planner").parent))
 
 from planner import choice, costs, programs, report, sensors, wishes
 from planner.__main__ import files

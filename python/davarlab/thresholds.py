@@ -1,7 +1,7 @@
 """The numbers that decide, in one frozen table: one name, one meaning, a unit and a source each.
 
-A source is a chapter or formula of tools/lab/DESIGN.md, or a measurement. "choice" marks a number
-that was set by judgement. The benchmarks of docs/quality/lab_benchmark.md were measured with it."""
+A source is a chapter or formula of DESIGN.md, or a measurement. "choice" marks a number that was
+set by judgement. The benchmarks of docs/quality/lab_benchmark.md were measured with it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -13,7 +13,7 @@ from . import text
 from .choice import Plan
 from .wishes import BadOption
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[2]
 RUNNER = ROOT / "tools/plan/simulated.c"
 CACHE = ROOT / "build/simulated"
 FLAGS = ("-std=c11", "-O2", "-DNDEBUG", "-ffp-contract=off")

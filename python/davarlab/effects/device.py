@@ -34,7 +34,7 @@ class Filter(ctypes.Structure):
 @cache
 def library() -> ctypes.CDLL:
     path = os.environ.get(
-        "DAVAR_LAB_LIBRARY", str(places.shared("build/tools/tools/lab/libdavar_lab.so"))
+        "DAVAR_LAB_LIBRARY", str(places.shared("build/tools/python/libdavar_lab.so"))
     )
     try:
         found = ctypes.CDLL(path)
