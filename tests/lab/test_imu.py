@@ -19,6 +19,7 @@ from davarlab.report import parameters
 ROOT = Path(__file__).resolve().parents[2]
 REAL = Path(os.environ.get("DAVAR_REAL_DATA", ROOT.parent / "shared/data/real"))
 FLIGHTS = REAL.parent / "flight"
+PX4_SHORT = REAL.parent / "logs/px4_cubeorange_at_rest_6s.ulg"  # three gyros have 6 samples
 RATE, RAD = 100.0, math.pi / 180
 N, B = {"x": 0.2, "y": 0.3, "z": 0.4}, 5.0
 VRW = 0.06  # m/s/sqrt(h)
@@ -184,6 +185,33 @@ def test_sensors_read_as_allantools_reads_them(name, axes):
 
 
 @pytest.mark.slow
+def test_each_gyro_of_a_log_has_a_table_and_a_file_is_of_one(tmp_path):
+    rng = np.random.default_rng(7)
+    columns = {"time_s": np.arange(6000) / RATE}
+    columns |= {
+        f"gyro{which}.{axis}_dps": lab_bench.noise(6000, RATE, rng, n, 0.0)
+        for which, n in enumerate((0.2, 0.6))
+        for axis in "xyz"
+    }
+    log = lab_bench.write_csv(tmp_path / "two.csv", columns)
+    lines = run("imu", log).stdout.splitlines()
+    starts = [lines.index(f"--sensor gyro{which}._dps") for which in (0, 1)]
+    for start, n in zip(starts, (0.2, 0.6)):
+        pooled = next(line for line in lines[start:] if line.startswith("pooled"))
+        assert float(pooled.split()[1]) == pytest.approx(n, rel=0.1)
+    for typed in (["--to", "kalibr"], ["--json"]):
+        done = run("imu", log, *typed)
+        assert (done.returncode, done.stdout) == (2, "") and "--sensor NAME" in done.stderr
+
+
+def test_a_gyro_that_is_too_short_is_not_in_the_way():
+    log = PX4_SHORT
+    if not log.exists():
+        pytest.skip(f"no {log.name}")
+    told = found(log, statuses=(1,))
+    assert told["axes"]["gyro_x_dps"]["ARW [deg/sqrt(h)]"]["value"] > 0
+
+
 def test_a_flight_has_its_floor():
     path = FLIGHTS / "betaflight_hover_17s_1khz.csv.gz"
     if not path.exists():

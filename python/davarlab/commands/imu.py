@@ -20,11 +20,12 @@ from ..data.recording import Recording
 from ..diagnosis import fitting, improve, search
 from ..errors import BadInput, Moving
 from ..inference.reading import Reading
+from ..logs import formats
 from ..report import noise, parameters, values, verdict, words
 from ..report.noise import Axis, Value
 from ..thresholds import CHANCE, READING
 from . import option_types
-from .shared import LOG, REC, Command, argument, emit, progress, recorded
+from .shared import LOG, REC, Command, argument, emit, log_options, progress, recorded
 
 DATA = "json"  # of --to: what --json prints
 SIMULATOR = "DAVAR_SIM"  # environment variable with the path of davar-sim
@@ -121,6 +122,25 @@ def output_of(options: argparse.Namespace) -> str | None:
 def run_imu(options: argparse.Namespace) -> int:
     if options.output and not options.to:
         raise BadInput("-o: type --to FORMAT too (such as --to kalibr)")
+    several = formats.gyros(options.recording, log_options(options))
+    if len(several) == 1 or options.to or options.json:  # a file is of one sensor
+        return run_sensor(options)
+    return max([run_named(options, str(name)) for name in several])
+
+
+def run_named(options: argparse.Namespace, sensor: str) -> int:
+    """Prints the table of one of several gyros, or why it has none."""
+    print(f"--sensor {sensor}")
+    try:
+        status = run_sensor(argparse.Namespace(**{**vars(options), "sensor": sensor}))
+    except BadInput as why:
+        status = 1
+        print(why)
+    print()
+    return status
+
+
+def run_sensor(options: argparse.Namespace) -> int:
     output = output_of(options)
     recording = recorded(options, options.recording)
     names = [name for name in axes.of_page(recording) if name.startswith(("gyro_", "accel_"))]

@@ -153,6 +153,13 @@ def listed(path: StrPath, options: Options | None = None) -> Sequence[Sensor]:
     return log.sensors
 
 
+def gyros(path: StrPath, options: Options) -> list[str | None]:
+    """The sensors to analyse, for a command that takes several: the one that was named, or all that
+    may be chosen without it. None: the only one."""
+    several = [] if options.sensor else sensors.unnamed(listed(path, options))
+    return [one.name for one in several] if len(several) > 1 else [options.sensor]
+
+
 def samples(path: StrPath, options: Options) -> Samples:
     """The Samples of the sensor that was named, or of the only gyro, with what was measured beside
     it. Raises BadInput."""

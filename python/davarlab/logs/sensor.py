@@ -12,6 +12,7 @@ from ..errors import BadInput
 from ..files import StrPath
 from ..tables import table
 from ..tables.guess import Guess
+from ..thresholds import RECORD
 
 LISTED_MOST = 20
 Numbers = npt.NDArray[Any]  # as a log holds them, of whichever type
@@ -87,9 +88,18 @@ def listed(sensors: Sequence[Sensor]) -> str:
     )
 
 
+def unnamed(sensors: Sequence[Sensor]) -> list[Sensor]:
+    """The gyros that may be chosen without being named: those of the lowest rank, without those
+    that are known to be too short while others are not."""
+    gyros = [sensor for sensor in sensors if "gyro" in sensor.gives]
+    long = [one for one in gyros if one.samples is None or one.samples >= RECORD.minimum_samples]
+    gyros = long or gyros
+    return [one for one in gyros if one.rank == min(gyro.rank for gyro in gyros)]
+
+
 def chosen(sensors: Sequence[Sensor], name: str | None, path: StrPath) -> Sensor:
-    """The sensor of this name, or the only gyro of the lowest rank. Raises BadInput that lists what
-    there is."""
+    """The sensor of this name, or the only one that may be chosen without being named. Raises
+    BadInput that lists what there is."""
     if name is not None:
         found = next((sensor for sensor in sensors if sensor.name == name), None)
         if found is None:
@@ -98,8 +108,8 @@ def chosen(sensors: Sequence[Sensor], name: str | None, path: StrPath) -> Sensor
                 f"{listed(sensors) or 'none'})"
             )
         return found
-    gyros = [sensor for sensor in sensors if "gyro" in sensor.gives]
-    if not gyros:
+    first = unnamed(sensors)
+    if not first:
         raise BadInput(
             f"{path}: it contains no gyro ("
             + (
@@ -109,8 +119,8 @@ def chosen(sensors: Sequence[Sensor], name: str | None, path: StrPath) -> Sensor
                 "OLD=gyro_x_dps. Of a clock: --clock COLUMN=phase or frequency)"
             )
         )
-    first = [sensor for sensor in gyros if sensor.rank == min(gyro.rank for gyro in gyros)]
     if len(first) > 1:
+        gyros = [sensor for sensor in sensors if "gyro" in sensor.gives]
         raise BadInput(
             f"{path}: more than one gyro. Select one with --sensor NAME (there are: "
             f"{listed(gyros)})"
