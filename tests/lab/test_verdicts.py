@@ -240,7 +240,18 @@ def test_a_model_is_contested_only_if_it_fits():
         assert given != "contested" or found.comparison.adequate
         said = verdict.of_improvement(found)[1]
         if found.against and given in ("contested", "values", "effects"):
-            assert "effects that the model lacks" in said
+            assert f"but lacks {verdict.lacks(found.against)}" in said
+
+
+def test_a_given_model_that_lacks_something_is_not_said_to_fit_without_it():
+    """diagnose begins with the given model, as compare judges it before anything was tried."""
+    for seed in SEEDS:
+        found = generated(seed)
+        against = verdict.against_given(found)
+        first = terminal.diagnosis(found).split("\n\n")[0]
+        if found.comparison.adequate and against:
+            assert f"but lacks {words.in_ascii(verdict.lacks(against))}" in first, seed
+            assert "no check rejects it" not in first, seed
 
 
 def test_something_unknown_comes_with_its_place_and_a_next_step():

@@ -321,7 +321,7 @@ def of_comparison(
     way: label, error, floor, verdict and held-out error of the steps to the model; first: the
     model of the first step, if later ones added effects to it; ranked: the candidates beside the
     model."""
-    tone, said = verdict.of_comparison(comparison)
+    tone, said = verdict.of_comparison(comparison, evidence.contradicting(ranked))
     before, better = (first, comparison) if first else (comparison, None)
     contents = {
         **measured(run, before, better, state, *improve.fitted_model(state, run.model)),

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Sequence
 
 from .. import axes
+from ..candidates.candidate import Candidate
 from ..data.observations import Observation
 from ..diagnosis.compare import Comparison
 from ..diagnosis.improve import Estimates, Improvement, Step
@@ -74,11 +75,12 @@ def fit(
     return "\n".join(lines) + "\n\n" + estimates(model, as_shown(entries, judgement.adequate))
 
 
-def comparison(c: Comparison, notes: Iterable[str] = ()) -> str:
+def comparison(c: Comparison, notes: Iterable[str] = (), against: Sequence[Candidate] = ()) -> str:
+    """notes: of the recording. against: of a search beside this model."""
     lines = [
         f"model: {', '.join(c.effects)}",
         f"error {c.error:.4f} (floor {c.error_floor:.4f}), p {p_text(c.p_value)}",
-        words.in_ascii(verdicts.adequacy(c.judgement)),
+        words.in_ascii(verdicts.contested(c.judgement, against)),
         words.in_ascii(verdicts.misfit(c)),
         *observed(c.observations),
         *notes,
@@ -159,7 +161,11 @@ def steps(found: Improvement) -> str:
 
 def diagnosis(found: Improvement) -> str:
     return "\n\n".join(
-        [comparison(found.comparison, found.notes), verdict(found), candidates(found)]
+        [
+            comparison(found.comparison, found.notes, verdicts.against_given(found)),
+            verdict(found),
+            candidates(found),
+        ]
     )
 
 

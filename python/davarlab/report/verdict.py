@@ -10,6 +10,7 @@ from ..candidates.candidate import Candidate
 from ..candidates.identifiable import Alternative
 from ..data import plausible
 from ..data.observations import Observation
+from ..diagnosis import evidence
 from ..diagnosis.compare import Comparison
 from ..diagnosis.improve import Improvement
 from ..diagnosis.judge import Deviation, Judgement
@@ -38,6 +39,7 @@ TESTS = {
 }
 UNKNOWN = "Something is missing that davarlab does not know."
 NOTHING = "Nothing is missing."
+UNTRIED = "Missing effects were not searched for. To do so, run diagnose."
 TO_FIND = "To find the missing effect, run diagnose."
 TO_REFIT = "The same effects fit with other values. To refit them, run fit."
 NOT_VALID = "No intervals are shown, because they assume that the model fits."
@@ -182,6 +184,12 @@ def counter(one: Candidate) -> str:
     return f"{titled(one)} ({p_is(p_of(one))})"
 
 
+HARDLY = (
+    "hardly change{} the Allan deviation at the times that are tested. Add {} if you need what it "
+    "changes, such as the bias."
+)
+
+
 def contradicted(against: Sequence[Candidate]) -> str:
     """What speaks against a model that fits, in sentences."""
     rest = len(against) - SHOWN_AGAINST
@@ -189,9 +197,18 @@ def contradicted(against: Sequence[Candidate]) -> str:
     return (
         "But the recording has effects that the model lacks: "
         f"{', '.join(map(counter, against[:SHOWN_AGAINST]))}{more}. Each p counts all effects. "
-        "They hardly change the Allan deviation at the times that are tested. Add one if you need "
-        "what it changes, such as the bias."
+        f"They {HARDLY.format('', 'one')}"
     )
+
+
+def contested(judgement: Judgement, against: Sequence[Candidate]) -> str:
+    """The verdict on a model, with what a search for missing effects has against it."""
+    if not (judgement.adequate and against):
+        return adequacy(judgement)
+    return (
+        f"The model fits within 5 %{reach(judgement)}, but lacks {lacks(against)}. That "
+        f"{HARDLY.format('s', 'it')} {confirmed(judgement)}"
+    ).rstrip()
 
 
 def reach(judgement: Judgement) -> str:
@@ -359,12 +376,21 @@ def observation(one: Observation) -> str:
     return f"In the recording: {name(one.kind)}. {one.detail}"
 
 
-def of_comparison(comparison: Comparison) -> tuple[str, str]:
-    """(tone, sentences) of a comparison."""
-    return ("good" if comparison.adequate else "bad"), adequacy(comparison.judgement)
+def of_comparison(comparison: Comparison, against: Sequence[Candidate] = ()) -> tuple[str, str]:
+    """(tone, sentences) of a comparison. against: of a search beside this model."""
+    tone = "bad" if not comparison.adequate else "missing" if against else "good"
+    return tone, contested(comparison.judgement, against)
 
 
 # What is missing?
+
+
+def against_given(found: Improvement) -> list[Candidate]:
+    """What the search has against the given model, if that fits: what is beyond chance with this
+    model alone, what was added first; or what speaks against the final one."""
+    alone = evidence.contradicting(found.diagnosis.ranking)
+    in_front = sorted(alone, key=lambda one: one.kind not in found.added)
+    return in_front if found.added else found.against
 
 
 def answer(found: Improvement) -> str:
@@ -451,12 +477,12 @@ def excluded(unexplained: Unexplained) -> list[str]:
             f"Excluded, because the gain is not significant: {', '.join(shown[:SHOWN_EXCLUDED])}"
             f"{more}. Each p counts all candidates."
         )
-    for evidence, why in (
+    for given, why in (
         ("no better fit", "Excluded, because the fit to the Allan deviation is not better"),
         ("worse", "Excluded, because the error rises"),
         ("untried", "Significant, but not resolved, because the search has ended"),
     ):
-        kinds = [called(one) for one in unexplained.excluded if one.evidence == evidence]
+        kinds = [called(one) for one in unexplained.excluded if one.evidence == given]
         lines += [f"{why}: {', '.join(kinds)}."] if kinds else []
     if unexplained.untested:
         lines.append(
@@ -572,7 +598,7 @@ def of_final_model(found: Improvement) -> str:
 
 def final(found: Improvement) -> str:
     """The verdict on the final model."""
-    said = adequacy(found.judgement)
+    said = contested(found.judgement, found.against)
     if found.added:
         said = said.replace("The model ", "With the added effects, the model ", 1)
     return said
@@ -588,18 +614,15 @@ def of_recording(found: Improvement) -> tuple[str, str]:
         return "bad", adequacy(found.judgement)
     if given == "unknown":
         return "bad", of_unknown(found)
-    against = found.against
     if given == "effects":
-        said = f"{of_missing(found)} {final(found)}"
-        return "missing", f"{said} {contradicted(against)}" if against else said
+        return "missing", f"{of_missing(found)} {final(found)}"
     if given == "contested":
-        return "missing", f"{final(found)} {contradicted(against)}"
+        return "missing", final(found)
     if given == "values":
-        said = (
+        return "missing", (
             "The model does not fit, because the values in the model file are off. With the same "
-            f"effects refitted, {decapitalised(adequacy(found.judgement))}"
+            f"effects refitted, {decapitalised(final(found))}"
         )
-        return "missing", f"{said} {contradicted(against)}" if against else said
     whole = found.judgement.adequacy == "statistical" and not held_out_fails(found)
     return "good", f"{NOTHING} {final(found)}" if whole else final(found)
 
@@ -697,10 +720,12 @@ def after_comparison(comparison: Comparison, state: Judged, run: FollowUp) -> li
 
 
 def to_find(judgement: Judgement, refitted: Judgement | None = None) -> list[str]:
-    """What to do about a model that fails, before anything was tried. refitted: the verdict on the
-    same effects with other values."""
-    if judgement.adequate or not judgement.testable:
+    """What to do before any effect was tried: about a model that fails, or that fits so far.
+    refitted: the verdict on the same effects with other values."""
+    if not judgement.testable:
         return []
+    if judgement.adequate:
+        return [UNTRIED]
     return [TO_REFIT if refitted and refitted.adequate else TO_FIND]
 
 
