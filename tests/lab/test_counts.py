@@ -111,6 +111,21 @@ def test_of_a_rate_in_counts_nothing_is_missing(seed, sigma):
     assert not set(named) & made_up
 
 
+@pytest.mark.parametrize("seconds", (18, 60))
+def test_a_bias_on_a_count_leaves_short_sections_without_a_change_and_the_model_fits(seconds):
+    """With noise of 0.35 counts, a sample in seven has another value: 36 in a row may have none."""
+    fits = []
+    for seed in range(6):
+        rng = np.random.default_rng([18, seed])
+        place = 3 + rng.uniform(-0.06, 0.06)
+        y = 0.061 * np.round(place + 0.35 * rng.standard_normal(int(seconds * RATE)))
+        state, _, estimates = improve.fit(lab_bench.of_gyro(y, RATE), MODEL)
+        fits.append(state.judgement.adequate)
+        arw = estimates[0]["coefficient_deg_per_sqrt_h"].number
+        assert arw == pytest.approx(60 * 0.35 * 0.061 / RATE**0.5, rel=0.12)
+    assert sum(fits) >= 5, fits
+
+
 @pytest.mark.slow
 def test_an_angle_in_counts_is_quantization_and_nothing_else():
     wrong = []

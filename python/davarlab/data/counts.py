@@ -57,6 +57,11 @@ class Counts:
         return self.of == "angle" and self.sigma_counts < COUNTS.suspended
 
     @property
+    def sparse(self) -> bool:
+        """Are most samples of one value, so that a short section may have no other."""
+        return self.coarse and self.kurtosis > 1
+
+    @property
     def suspends(self) -> tuple[str, ...]:
         """Tests of adequacy that such counts fail by themselves."""
         if not self.coarse:
@@ -65,7 +70,7 @@ class Counts:
             ("amplitudes", "time and frequency", "largest cell")
             if self.unsteady
             else ("amplitudes", "jumps")
-            if self.kurtosis > 1
+            if self.sparse
             else ("amplitudes",)
         )
 

@@ -83,11 +83,10 @@ def cells_of(state: State, y: Floats, relative: Floats | None = None) -> list[Ce
 
 
 def short_cells(state: State, y: Floats, relative: Floats | None = None) -> list[Cell]:
-    return (
-        []
-        if state.bench.counts and state.bench.counts.unsteady
-        else cells_in(state, y, relative, (JUDGE.short_windows,), 1)
-    )
+    counts = state.bench.counts
+    if counts and (counts.unsteady or counts.sparse):
+        return []
+    return cells_in(state, y, relative, (JUDGE.short_windows,), 1)
 
 
 def cells_in(
@@ -102,6 +101,8 @@ def cells_in(
         if not taus:
             continue
         noise, freedom, share, steady = expectation.over(window, taus)
+        if bench.counts:  # of samples with excess kurtosis, squares scatter more
+            freedom = freedom / (1 + bench.counts.kurtosis / 2 * freedom / window)
         memory = bench.recording.measured
         measured, valid = remembered(memory, y, window, taus, state.known)
         course = course_variances(state, window, taus, state.known)
