@@ -18,11 +18,6 @@ if TYPE_CHECKING:
     from distributed import Client
 
 WAIT_S = 30  # for a scheduler to answer
-# Of the allocator of a local worker, in bytes; 32 MiB are the most that glibc accepts. Dask's own
-# trim threshold of 64 KiB hands the pages of each array back to the system, and the next array is
-# filled page by page again.
-ENVIRONMENT = "distributed.nanny.pre-spawn-environ"
-ALLOCATOR = {"MALLOC_TRIM_THRESHOLD_": 1 << 29, "MALLOC_MMAP_THRESHOLD_": 1 << 25}
 
 
 @contextlib.contextmanager
@@ -36,7 +31,6 @@ def client(address: str | None, workers: int) -> Iterator["Client"]:
         "distributed.scheduler.allowed-failures": 1,
         "distributed.comm.timeouts.connect": WAIT_S,
         "distributed.admin.log-format": "%(message)s",
-        ENVIRONMENT: {**dask.config.get(ENVIRONMENT), **ALLOCATOR},
     }
     with dask.config.set(quiet), warnings.catch_warnings():
         warnings.simplefilter("ignore")

@@ -71,7 +71,7 @@ def known_effects(paths: Iterable[str]) -> None:
 
 def measured(job: Job) -> Done:
     """The rows of a recording. Raises nothing that a file could be the cause of."""
-    arithmetic.on_one_thread()
+    arithmetic.prepared()
     begin, spent, again = time.perf_counter(), time.process_time(), False
     try:
         known_effects(job.effects)

@@ -94,7 +94,7 @@ def check_files(options: argparse.Namespace) -> None:
 
 def main(arguments: Sequence[str]) -> int:
     """Exit status 0: done, 1: model not adequate, 2: bad input, 3: internal error, 130: Ctrl-C."""
-    arithmetic.on_one_thread()
+    arithmetic.prepared()
     try:
         options = parser().parse_args(arguments)
         for path in options.effects:

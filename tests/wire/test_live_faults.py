@@ -38,8 +38,8 @@ import ctypes, os, pty, sys, tty
 from davarlab import cli
 from davarlab.wire import frames, live, source
 source.POLL_S = 0.02
-cli.arithmetic.on_one_thread()
-cli.arithmetic.on_one_thread = lambda: None  # it reads files of the system
+cli.arithmetic.prepared()
+cli.arithmetic.prepared = lambda: None  # it reads files of the system
 frames.messages_of(frames.DBC_PATH)  # cantools gives a failed allocation another name
 arm = ctypes.CDLL(None).arm_fault
 folder, text = sys.argv[1], bytes.fromhex(sys.argv[2])
