@@ -1,6 +1,6 @@
 """Which physical effect is missing: the search, and what it comes to."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from ..candidates.candidate import Candidate
 from ..candidates.identifiable import Alternative
@@ -67,4 +67,5 @@ def diagnose(
 def left_out(last: Judged, way: search.Search, useless: list[str]) -> list[Candidate]:
     """What the search left out for another reason than chance, if the last model lacks it."""
     kinds = {*useless, *way.doubtful, *(one.kind for one in evidence.contradicting(way.last))}
-    return evidence.contradicting(search.ranking(last, only=kinds)) if kinds else []
+    found = evidence.contradicting(search.ranking(last, only=kinds)) if kinds else []
+    return [replace(one, doubt=search.doubt(last, one)) for one in found]

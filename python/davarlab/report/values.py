@@ -98,7 +98,7 @@ def answered(found: Improvement) -> Json:
         "doubtful": found.diagnosis.doubtful,
         "outdone": found.diagnosis.outdone,
         "missing": found.added,
-        "missing_said": verdict.missing(verdict.answer(found), found.added),
+        "missing_said": words.in_ascii(verdict.missing(found)),
     }
 
 

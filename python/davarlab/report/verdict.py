@@ -176,7 +176,9 @@ def p_of(one: Candidate) -> float:
 
 
 def titled(one: Candidate) -> str:
-    return words.title(one.kind, one.part.shape)
+    """One that is not what it seems is something beyond chance all the same."""
+    title = words.title(one.kind, one.part.shape)
+    return f"something that resembles {title}" if one.doubt else title
 
 
 def counter(one: Candidate) -> str:
@@ -184,10 +186,13 @@ def counter(one: Candidate) -> str:
     return f"{titled(one)} ({p_is(p_of(one))})"
 
 
-HARDLY = (
-    "hardly change{} the Allan deviation at the times that are tested. Add {} if you need what it "
-    "changes, such as the bias."
-)
+HARDLY = "the Allan deviation at the times that are tested."
+
+
+def advice(against: Sequence[Candidate], which: str) -> str:
+    """Of effects that are what they seem."""
+    sound = any(not one.doubt for one in against)
+    return f" Add {which} if you need what it changes, such as the bias." if sound else ""
 
 
 def contradicted(against: Sequence[Candidate]) -> str:
@@ -197,7 +202,7 @@ def contradicted(against: Sequence[Candidate]) -> str:
     return (
         "But the recording has effects that the model lacks: "
         f"{', '.join(map(counter, against[:SHOWN_AGAINST]))}{more}. Each p counts all effects. "
-        f"They {HARDLY.format('', 'one')}"
+        f"They hardly change {HARDLY}{advice(against, 'one')}"
     )
 
 
@@ -206,8 +211,8 @@ def contested(judgement: Judgement, against: Sequence[Candidate]) -> str:
     if not (judgement.adequate and against):
         return adequacy(judgement)
     return (
-        f"The model fits within 5 %{reach(judgement)}, but lacks {lacks(against)}. That "
-        f"{HARDLY.format('s', 'it')} {confirmed(judgement)}"
+        f"The model fits within 5 %{reach(judgement)}, but lacks {lacks(against)}. "
+        f"That hardly changes {HARDLY}{advice(against[:1], 'it')} {confirmed(judgement)}"
     ).rstrip()
 
 
@@ -410,11 +415,13 @@ def answer(found: Improvement) -> str:
     return "contested" if found.against else "fits"
 
 
-def missing(given: str, added: Sequence[str]) -> str:
-    """An answer in a few words, for a table."""
+def missing(found: Improvement) -> str:
+    """The answer in a few words, for a table."""
+    given, added = answer(found), found.added
+    against = lacks(found.against) if found.against else ""
     return {
         "fits": "nothing",
-        "contested": "nothing above 5 %, but effects that it lacks are significant",
+        "contested": f"nothing above 5 %, but {against}",
         "values": "nothing (with the values of the model file refitted)",
         "effects": ", ".join(added),
         "unknown": "something that davarlab does not know"
