@@ -18,14 +18,14 @@ from davarlab.errors import BadInput
 from davarlab.logs import formats
 from davarlab.logs.options import Options
 from davarlab.model import Model
-from davarlab.tables.constants import CLOCK, FORCE, TO_DPS
+from davarlab.tables.constants import FORCE, TO_DPS
 
 from . import sources, store
 from .sources import Identity
 from .store import Done, Row
 
 # Unit at the end of a column's name -> factor to that of the analysis.
-FACTORS = TO_DPS | FORCE | CLOCK
+FACTORS = TO_DPS | FORCE
 DATED_S = 946684800  # Unix time of the year 2000: stamps before it count from somewhere else
 
 
@@ -167,11 +167,10 @@ def coefficients(
             one = entry.get(parameter.name)
             if one is None or isinstance(one.value, str):
                 continue
-            said, shown = axes.shown(term.kind, parameter, one, column)
-            name = f"{kind}.{said.name}"
+            name = f"{kind}.{models.name_said(parameter.name, column)}"
             while name in found:
                 name += "'"
-            found[name] = [shown.number, shown.low, shown.high]
+            found[name] = [one.number, one.low, one.high]
     return found
 
 

@@ -12,23 +12,17 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from .arrays import Floats
-from .data import recording as recordings
-from .data.recording import Recording, is_clock
-from .effects import clocks, table
-from .effects.base import Parameter
+from .data.recording import Recording
+from .effects import table
 from .errors import BadInput
 from .inference.estimate import Estimate, as_shown
-from .model import Model, as_said, is_accel, kind_said
-from .tables.constants import FORCE, GRAVITY_MPS2, PPB, TO_DPS, UG_PER_MPS2
+from .model import Model, is_accel, kind_said, name_said
+from .tables.constants import FORCE, GRAVITY_MPS2, TO_DPS, UG_PER_MPS2
 
 TO_MPS2 = {"g": GRAVITY_MPS2, "mg": 1e-3 * GRAVITY_MPS2, "m_s2": 1.0, "mps2": 1.0}
 # Around a word that is not in the name of a file.
 FILE_BEGINS, FILE_ENDS = r"(?<![\w./-])", r"(?![\w-]*[./]\w)"
-GYRO = re.compile(rf"{FILE_BEGINS}gyro{FILE_ENDS}")
-DPS = re.compile(rf"_dps{FILE_ENDS}")
 SHOWN = {
     "deg": ("m/s", 1.0),
     "deg/h": ("ug", UG_PER_MPS2 / 3600),
@@ -52,12 +46,11 @@ class Found:
 
 
 def columns_of(recording: Recording, words: str) -> list[str]:
-    """The columns that --axes names: gyro, accel, clock, all, or columns, comma-separated."""
-    usable = [name for name in recording.columns if unit_of(name) or is_clock(name)]
+    """The columns that --axes names: gyro, accel, all, or columns, comma-separated."""
+    usable = [name for name in recording.columns if unit_of(name)]
     kinds = {
         "gyro": [name for name in usable if name.startswith("gyro_")],
         "accel": [name for name in usable if is_accel(name)],
-        "clock": [name for name in usable if is_clock(name)],
         "all": usable,
     }
     out: list[str] = []
@@ -87,8 +80,6 @@ def unit_of(name: str) -> str | None:
 
 def for_analysis(recording: Recording, model: Model) -> tuple[Recording, Model]:
     """(recording, model) as the analysis takes them."""
-    if is_clock(model.column):
-        return clock_for_analysis(recording, model)
     if not is_accel(model.column):
         return recording, model
     recording.column(model.column)  # raises where there is none
@@ -107,44 +98,9 @@ def as_force(columns: Mapping[str, Floats], accel: str) -> dict[str, Floats]:
     }
 
 
-def clock_for_analysis(recording: Recording, model: Model) -> tuple[Recording, Model]:
-    """The fractional frequency in 1e-9 under a name of its own, without the other columns of
-    clocks. That of a phase is its difference, one sample shorter; it is known where both ends
-    are."""
-    name, values = ppb_name(model.column), recording.column(model.column)
-    recordings.check_precise(
-        recording.columns[model.column], f"{recording.name}: column {model.column}"
-    )
-    phase = model.column.endswith("phase_s")
-    y = (np.diff(values) * recording.rate_hz if phase else values) / PPB
-    columns = {
-        one: column[: len(y)] for one, column in recording.columns.items() if not is_clock(one)
-    } | {name: y}
-    known = recording.known
-    if phase and known is not None:
-        known = known[1:] & known[:-1]
-    return (
-        replace(
-            recording,
-            columns=columns,
-            known=known,
-            gaps=recordings.gaps_of(known),
-            rows=None,
-            measured={},
-        ),
-        replace(model, column=name),
-    )
-
-
 def rate_unit(column: str) -> str:
     """The unit of the rate that the analysis makes of a column."""
-    if is_clock(column):
-        return "ppb"
     return "m/s^2" if is_accel(column) or column.endswith(tuple(FORCE)) else "deg/s"
-
-
-def ppb_name(column: str) -> str:
-    return f"{column}_clock_ppb"
 
 
 def force_name(column: str) -> str:
@@ -157,10 +113,7 @@ def called(model: Model, column: str) -> Model:
 
 
 def in_units(text: str, column: str) -> str:
-    """What is printed of a gyro, for a column: m/s for deg where it is an accelerometer's, the
-    language of clocks where it is a clock's."""
-    if is_clock(column):
-        return of_clock(text.replace(ppb_name(column), column))
+    """What is printed of a gyro, for a column: m/s for deg where it is an accelerometer's."""
     if not is_accel(column):
         return text
     text = re.sub(r"deg/s(?!\w)", "m/s^2", text.replace("deg/s^2", "m/s^3"))
@@ -177,47 +130,11 @@ def exchanged(text: str, old: str, new: str) -> str:
     return re.sub(rf"{FILE_BEGINS}{re.escape(old)}(?!_){FILE_ENDS}", lambda _: new, text)
 
 
-def of_clock(text: str) -> str:
-    """A text with the kinds, the physics and the confirmations of clocks."""
-    for kind, spoken in clocks.SPOKEN.items():
-        effect = table.TABLE[kind]
-        for gyro, clock in (
-            (effect.physics, spoken.physics),
-            (clause(effect.physics), clause(spoken.physics)),
-            (effect.confirm, spoken.confirm),
-            (kind, spoken.kind),
-            (kind.replace("_", " "), spoken.kind.replace("_", " ")),
-        ):
-            text = exchanged(text, gyro, clock)
-            text = exchanged(text, gyro[0].upper() + gyro[1:], clock[0].upper() + clock[1:])
-    text = re.sub(r"deg/s(?!\w)", "ppb", text)
-    return GYRO.sub("clock", DPS.sub("_ppb", text))
-
-
-def clause(physics: str) -> str:
-    """The physics of an effect, as a clause inside a sentence."""
-    first = physics.rstrip(".").split(": ")[0].split(" (")[0]
-    return first[0].lower() + first[1:]
-
-
-def shown(
-    kind: str, parameter: Parameter, estimate: Estimate, column: str
-) -> tuple[Parameter, Estimate]:
-    """A parameter and its estimate, in the names and units of the column's model files."""
-    one, factor = as_said(kind, parameter, column)
-    if factor == 1 or isinstance(estimate.value, str):
-        return one, estimate
-    low, high = (None if end is None else end * factor for end in (estimate.low, estimate.high))
-    return one, replace(estimate, value=estimate.number * factor, low=low, high=high)
-
-
 def plain_in_units(data: Any, column: str) -> Any:
     """The same of what --json says: names of parameters, kinds and sentences."""
-    if not (is_accel(column) or is_clock(column)):
+    if not is_accel(column):
         return data
     if isinstance(data, dict):
-        if isinstance(data.get("parameters"), dict) and data.get("kind") in table.TABLE:
-            data = {**data, "parameters": parameters_said(data["kind"], data["parameters"], column)}
         return {
             key_said(name, column): plain_in_units(value, column) for name, value in data.items()
         }
@@ -242,8 +159,6 @@ def key_said(name: Any, column: str) -> Any:
     """A key of what --json says: a kind, or a quantity with its unit."""
     if not isinstance(name, str):
         return name
-    if is_clock(column):
-        return in_units(name, column)
     if not is_accel(column):
         return name
     name = kind_said(name, column)
@@ -255,23 +170,10 @@ def dotted_said(key: str, column: str) -> str:
     return ".".join(key_said(name, column) for name in key.split("."))
 
 
-def parameters_said(kind: str, parameters: dict[str, Any], column: str) -> dict[str, Any]:
-    """name -> {value, low, high} of an effect, in the names and units of the column's files."""
-    out = {}
-    for parameter in table.find(kind).parameters:
-        if parameter.name in parameters:
-            one, factor = as_said(kind, parameter, column)
-            out[one.name] = {
-                key: value * factor if isinstance(value, float) and factor != 1 else value
-                for key, value in parameters[parameter.name].items()
-            }
-    return out
-
-
 def file_of(path: str | Path, column: str) -> Path:
-    """OUT.toml of one axis: OUT_gyro_x.toml, or OUT_COLUMN.toml of a clock."""
+    """OUT.toml of one axis: OUT_gyro_x.toml."""
     path, short = Path(path), "_".join(column.split("_")[:2])
-    return path.with_name(f"{path.stem}_{column if is_clock(column) else short}{path.suffix}")
+    return path.with_name(f"{path.stem}_{short}{path.suffix}")
 
 
 def rows_of(found: Iterable[Found]) -> dict[str, dict[str, str]]:
@@ -284,16 +186,13 @@ def rows_of(found: Iterable[Found]) -> dict[str, dict[str, str]]:
                 value = entry.get(parameter.name)
                 if value is None or isinstance(value.value, str):
                     continue
-                said, value = shown(term.kind, parameter, value, one.column)
-                unit, factor = (
-                    SHOWN.get(parameter.unit, (parameter.unit, 1.0))
-                    if is_accel(one.column)
-                    else (said.unit, 1.0)
-                )
-                size = parameter is table.find(term.kind).size and not is_clock(one.column)
+                unit, factor = parameter.unit, 1.0
+                if is_accel(one.column):
+                    unit, factor = SHOWN.get(unit, (unit, 1.0))
+                size = parameter is table.find(term.kind).size
                 label = (
                     kind_said(term.kind, one.column)
-                    + ("" if size else f" {said.name}")
+                    + ("" if size else f" {name_said(parameter.name, one.column)}")
                     + (f" [{unit}]" if unit else "")
                 )
                 between = (

@@ -5,12 +5,12 @@ import re
 import textwrap
 import tomllib
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 from . import files
-from .data.recording import Recording, is_clock
-from .effects import clocks, table
+from .data.recording import Recording
+from .effects import table
 from .effects.base import Effect, Parameter, Values
 from .effects.columns import FOLLOWING
 from .effects.filters import RESPONSES, half_power_hz
@@ -20,7 +20,6 @@ from .files import StrPath
 
 MOST_BYTES = 1 << 20  # of a file
 FIRST = (("angle_random_walk", 0.3), ("bias_instability", 5.0))  # sizes that a fit moves
-FIRST_CLOCK = (("quantization", 0.01),)
 COMMENT_WIDTH = 98  # of a line, with the two characters that make it a comment, 100
 CUTOFF_NEAR = 0.01  # relative
 HUGE = 1e100  # TOML has inf, nan and whole numbers without end
@@ -202,10 +201,8 @@ def rate_of(model: Model, where: StrPath) -> float:
 
 
 def first(rate_hz: float | None, column: str) -> Model:
-    """What one believes before anything was looked at: white noise and bias instability; of a
-    clock, white phase noise, and white and flicker frequency noise."""
-    sizes = FIRST + FIRST_CLOCK if is_clock(column) else FIRST
-    terms = [Term(kind, {table.find(kind).size.name: value}) for kind, value in sizes]
+    """What one believes before anything was looked at: white noise and bias instability."""
+    terms = [Term(kind, {table.find(kind).size.name: value}) for kind, value in FIRST]
     return Model(rate_hz, column, terms)
 
 
@@ -218,45 +215,30 @@ def is_accel(column: str) -> bool:
 
 def kind_said(kind: str, column: str) -> str:
     """A kind as a model file of the column calls it."""
-    if is_accel(column):
-        return ACCEL_KINDS.get(kind, kind)
-    return clocks.SPOKEN[kind].kind if is_clock(column) and kind in clocks.SPOKEN else kind
+    return ACCEL_KINDS.get(kind, kind) if is_accel(column) else kind
 
 
-def as_said(kind: str, parameter: Parameter, column: str) -> tuple[Parameter, float]:
-    """(the parameter as a model file of the column has it, factor from the number of the table).
-    Where the column is an accelerometer's, m/s stands for deg (coefficient_m_per_s_per_sqrt_h);
-    where it is a clock's, see effects/clocks.py."""
-    if is_clock(column):
-        return clocks.as_said(kind, parameter)
+def name_said(name: str, column: str) -> str:
+    """A parameter as a model file of the column calls it: where that is an accelerometer's, with
+    m/s for deg (coefficient_m_per_s_per_sqrt_h)."""
     if not is_accel(column):
-        return parameter, 1.0
-    name = re.sub(r"deg(?![a-zA-Z])", "m_per_s", parameter.name).replace("dps", "mps2")
-    return replace(parameter, name=name), 1.0
+        return name
+    return re.sub(r"deg(?![a-zA-Z])", "m_per_s", name).replace("dps", "mps2")
 
 
 def unspoken(entry: object, column: str) -> object:
-    """An [[effect]] of a file with the names and numbers of the table."""
+    """An [[effect]] of a file with the names of the table."""
     if (
-        not (is_accel(column) or is_clock(column))
+        not is_accel(column)
         or not isinstance(entry, dict)
         or not isinstance(entry.get("kind"), str)
     ):
         return entry
     said = entry["kind"]
     kind = next((own for own in table.TABLE if kind_said(own, column) == said), said)
-    found: dict[str, Any] = {"kind": kind}
     known = table.TABLE[kind].parameters if kind in table.TABLE else ()
-    names = {}
-    for parameter in known:
-        one, factor = as_said(kind, parameter, column)
-        names[one.name] = parameter.name, factor
-    for name, value in entry.items():
-        own, factor = names.get(name, (name, 1.0))
-        if name != "kind":
-            number = isinstance(value, (int, float)) and not isinstance(value, bool)
-            found[own] = value / factor if number and factor != 1 else value
-    return found
+    names = {name_said(one.name, column): one.name for one in known}
+    return {names.get(name, name): value for name, value in entry.items()} | {"kind": kind}
 
 
 def terms_of(data: dict[str, Any], path: StrPath, column: str) -> list[Term]:
@@ -274,10 +256,10 @@ def terms_of(data: dict[str, Any], path: StrPath, column: str) -> list[Term]:
 
 def as_written(text: str, column: str) -> str:
     """A message about an effect, with the names of the column's model files."""
-    for kind, effect in table.TABLE.items() if is_accel(column) or is_clock(column) else ():
+    for kind, effect in table.TABLE.items() if is_accel(column) else ():
         for parameter in effect.parameters:
             if f"{kind} " in text:
-                text = text.replace(parameter.name, as_said(kind, parameter, column)[0].name)
+                text = text.replace(parameter.name, name_said(parameter.name, column))
         text = text.replace(f"{kind} ", f"{kind_said(kind, column)} ")
     return text
 
@@ -337,11 +319,9 @@ def text_of(model: Model) -> str:
     lines.append(f"column = {quoted(model.column)}")
     for term in model.terms:
         lines += ["", "[[effect]]", f'kind = "{kind_said(term.kind, model.column)}"']
-        known = {parameter.name: parameter for parameter in table.find(term.kind).parameters}
         for name, value in term.parameters.items():
-            one, factor = as_said(term.kind, known[name], model.column)
-            text = quoted(value) if isinstance(value, str) else repr(float(value) * factor)
-            lines.append(f"{one.name} = {text}")
+            text = quoted(value) if isinstance(value, str) else repr(float(value))
+            lines.append(f"{name_said(name, model.column)} = {text}")
     return "\n".join(lines) + "\n"
 
 

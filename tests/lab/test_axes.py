@@ -7,6 +7,9 @@ import numpy as np
 import pytest
 import writing_logs as writing
 from asking import run, said
+from davarlab import axes
+from davarlab import model as models
+from davarlab.effects import table
 
 RATE = 200
 # deg/sqrt(h), m/s/sqrt(h): of the x axes; y has twice, z three times as much
@@ -103,8 +106,8 @@ def test_the_way_to_kalibr_and_back(lab, log, model):
     assert run("fit", log, "-m", model, "--axes", "all", "-o", out).returncode == 0
     models = lab.work.glob("out_*.toml")
     assert run("export", *models, "--to", "kalibr", "-o", imu).returncode == 0
-    for axes, status in (("gyro_z_dps,accel_z_g", 0), ("gyro_x_dps", 1)):  # of the worst axes
-        assert run("compare", log, "-m", imu, "--axes", axes).returncode == status
+    for columns, status in (("gyro_z_dps,accel_z_g", 0), ("gyro_x_dps", 1)):  # of the worst axes
+        assert run("compare", log, "-m", imu, "--axes", columns).returncode == status
 
 
 @pytest.mark.parametrize("words", ["gyro_x", "temp_degC", ","])
@@ -113,3 +116,22 @@ def test_what_is_no_axis(lab, log, model, words):
     lab.refused(why, "fit", log, "-m", model, "--axes", words, lines=None)
     report = ("--axes", "all", "--report", lab.work / "r.html")
     lab.refused("--report", "compare", log, "-m", model, *report, lines=None)
+
+
+def test_a_model_file_is_read_as_it_was_written():
+    words = {"column": "x", **dict.fromkeys(("course_hz", "apart_hz"), "0.1 0.2 0.2 0.1")}
+    for kind in table.TABLE:
+        values = {
+            p.name: p.values[0] if p.values else words[p.name] if p.form else max(p.low, 0.25)
+            for p in table.find(kind).parameters
+            if p.whole is False
+        } | {p.name: 3.0 for p in table.find(kind).parameters if p.whole or p.name == "reference"}
+        for column in ("accel_x_g", "gyro_x_dps"):
+            model = models.Model(1.0, column, [models.Term(kind, values)])
+            assert models.of_text(models.text_of(model), "text") == model
+
+
+def test_names_of_files_stay():
+    said = "angle_random_walk, 3 deg/sqrt(h); fit angle_random_walk.csv -m of/angle_random_walk/m"
+    expected = said.replace("angle_random_walk, 3 deg", "velocity_random_walk, 3 m/s")
+    assert axes.in_units(said, "accel_x_g") == expected

@@ -106,10 +106,6 @@ MODELS = [  # a model, what is wrong
     *((drifting(course), COURSE) for course in ("9 9.2 9.9", "9 fast 9.9 9.7", "9 -9 9 9")),
     (drifting("9 nan 9 9"), COURSE),
     (drifting("9 9 9 26"), "course_hz = 26 is above half the sample rate of 50 Hz"),
-    (
-        effect("white_phase_noise", column="phase_s", std=1e-9),
-        "white_phase_noise has no parameter std (it has: std_s, memory)",
-    ),
 ]
 EVEN = [f"{i / 50:.2f},{(i * 7919) % 101 * 0.01:.2f}" for i in range(1500)]
 ROWS = {  # rows of a recording: what is wrong

@@ -48,7 +48,6 @@ VALUES = {
     "--rate": ("50",),
     "--sensor": ("recording", "imu0"),
     "--unit": ("gyro=mdeg/s", "accel=0.001"),
-    "--clock": ("temp_degC=phase", "gyro_z_dps=frequency"),
     "--as-recorded": ("",),
     "--types": (".",),
     "--names": ("time_s,gyro_x_dps,gyro_z_dps,accel_z_g,temp_degC", "a,b,c,d,e"),

@@ -449,6 +449,7 @@ UNREADABLE = {
     "twins": ("t,x,y,z,x,y,z\n" + rows(TIME, *GYRO.T, *FORCE.T), "--names"),
     "too few names": ("t,gx_dps\n" + plain(), "--names"),
     "text in a gyro": (NAMES + plain().replace("0.02,", "0.02,x", 1), ":4: column gx_dps"),
+    "the phase of a clock": ("time_s,phase_s\n" + rows(TIME, TEMP), "use davar.adev in Python"),
     "a clock of text": ("time,gx_dps\n12h00m01.1,5\n12h00m01.2,6\n", ":2: column time"),
     "a row too long": (NAMES + "1,2,3,4,5\n" + plain(), ":2: 5 fields"),
     "no numbers": ("Some text,\nand more of it\n", ":2: no numbers"),

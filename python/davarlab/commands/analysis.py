@@ -178,7 +178,6 @@ def report(
         model,
         {role: path for role, path in named.items() if path},
         [word for path in options.effects for word in ("--effects", path)]
-        + [word for pair in options.clock for word in ("--clock", pair)]
         + (["--rate", f"{options.rate:g}"] if options.rate else []),
         getattr(options, "output", None),
     )

@@ -44,14 +44,13 @@ def log_options(options: argparse.Namespace) -> Options:
         options.types,
         options.names,
         as_recorded=options.as_recorded,
-        clocks=options.clock,
         skip_lines=options.skip_lines,
     )
 
 
 def given_model(options: argparse.Namespace, path: str | None = None) -> models.Model:
     """The model of -m: a model file, or a kalibr imu.yaml, which applies to every axis; where a
-    command needs none, a first one for this axis, or for the last gyro or clock."""
+    command needs none, a first one for this axis, or for the last gyro."""
     path = path or options.model
     if path is None:
         return models.first(None, getattr(options, "axis", None) or last_axis(options))
@@ -76,13 +75,13 @@ def recorded(options: argparse.Namespace, path: str) -> recordings.Recording:
 
 def last_axis(options: argparse.Namespace) -> str:
     found = recorded(options, options.recording)
-    if not found.gyros and not found.clocks:
+    if not found.gyros:
         raise BadInput(
             f"{options.recording}: no column is a gyro in deg/s or rad/s (there are: "
             f"{', '.join(found.columns)}). For an accelerometer, type --axes accel. For a clock, "
-            "type --clock COLUMN=phase"
+            "use davar.adev in Python"
         )
-    return (found.gyros or found.clocks)[-1]
+    return found.gyros[-1]
 
 
 REC = argument(
@@ -95,7 +94,7 @@ MODEL_MAYBE = argument(
     "-m",
     "--model",
     help="model file (TOML), or a kalibr imu.yaml; default: white noise and bias instability "
-    "of the last gyro axis, or the noises of the last clock",
+    "of the last gyro axis",
 )
 OUT = argument("-o", "--output", required=True)
 OUT_MAYBE = argument("-o", "--output")
@@ -119,7 +118,7 @@ RATE = argument(
 AXES = argument(
     "--axes",
     metavar="AXES",
-    help="process several axes instead of the column of the model: gyro, accel, clock, all, or "
+    help="process several axes instead of the column of the model: gyro, accel, all, or "
     "columns separated by commas. Prints one table and writes one model file per axis "
     "(OUT_gyro_x.toml)",
 )
@@ -154,15 +153,6 @@ LOG = [
         "guessed one: rad/s, deg/s, mdeg/s, g, mg, m/s^2, degC, s, ms, 0.1ms, 10us, us, "
         "100ns, ns, or a number, "
         "the factor to deg/s, g, degC or s",
-    ),
-    argument(
-        "--clock",
-        action="append",
-        default=[],
-        metavar="COLUMN=KIND",
-        help="a column of a clock: phase (in s; phase_ms, phase_us, phase_ns), frequency "
-        "(fractional), or, for a column in Hz, the nominal frequency (freq_hz=10e6). Columns whose "
-        "names end in phase_s or fractional_frequency need no option",
     ),
     argument(
         "--as-recorded",

@@ -10,7 +10,7 @@ from ..tables import guess
 from ..tables.constants import LSB_DPS
 from ..thresholds import PLAUSIBLE
 from . import motion, signals
-from .recording import Recording, is_clock
+from .recording import Recording
 
 KIND = "implausible"  # of the observation
 CONFIRM = "--as-recorded"  # with which a user says that all of it is right
@@ -26,8 +26,7 @@ def doubts(
     there = slice(None) if known is None else known[: PLAUSIBLE.looked_at]
     columns = {name: column[: PLAUSIBLE.looked_at][there] for name, column in columns.items()}
     gyros = list(gyros)
-    clocks = not gyros and any(map(is_clock, columns))  # at any rate
-    found = [] if clocks else [rate(rate_hz)]
+    found = [rate(rate_hz)]
     if not all(map(len, columns.values())):  # nothing is left there
         return [said for said in found if said]
     for name in gyros:
@@ -59,8 +58,7 @@ def of_recording(recording: Recording, columns: Iterable[str] | None = None) -> 
 def note(columns: Mapping[str, Floats], rate_hz: float) -> str | None:
     """A note on a possible mistake, or None. It changes no verdict, because a log with one sample
     per 10 s has the same stamps."""
-    clocks = any(map(is_clock, columns))  # counters gate for whole seconds
-    said = None if clocks else stamps(columns.get("time_s"), rate_hz)
+    said = stamps(columns.get("time_s"), rate_hz)
     return said and f"note: {said}"
 
 

@@ -9,12 +9,12 @@ from typing import Any, cast
 
 import numpy as np
 
-from .. import arrays, files
+from .. import files
 from ..arrays import Bools, Floats, Ints
 from ..errors import BadInput, printable
 from ..files import StrPath
-from ..tables import guess, table
-from ..tables.constants import CLOCK, FORCE, TO_DPS
+from ..tables import table
+from ..tables.constants import FORCE, TO_DPS
 from ..thresholds import RECORD
 from . import clock, repeats
 from .clock import Clock
@@ -84,11 +84,6 @@ class Recording:
         return time
 
     @property
-    def clocks(self) -> list[str]:
-        """The columns of clocks, by the end of their names."""
-        return [name for name in self.columns if is_clock(name)]
-
-    @property
     def gyros(self) -> list[str]:
         """The columns of gyros, by the unit in their names."""
         return [name for name in self.columns if name.endswith(tuple("_" + one for one in TO_DPS))]
@@ -99,9 +94,8 @@ class Recording:
         return self.columns[name].astype(np.float64, copy=False)
 
     def rate_dps(self, name: str) -> Floats:
-        """A gyro column in deg/s; what axes.py makes of an accelerometer in m/s^2, of a clock in
-        1e-9."""
-        factors = TO_DPS | FORCE | CLOCK
+        """A gyro column in deg/s; what axes.py makes of an accelerometer in m/s^2."""
+        factors = TO_DPS | FORCE
         unit = next((unit for unit in factors if name.endswith("_" + unit)), None)
         if unit is None:
             raise BadInput(
@@ -117,11 +111,6 @@ class Recording:
         return rate
 
 
-def is_clock(name: str) -> bool:
-    """Is a column the phase (s) or the fractional frequency of a clock, or made of one."""
-    return name.endswith((*guess.CLOCKS, *CLOCK))
-
-
 def counted(known: int, missing: int) -> int:
     """How many samples a recording counts for."""
     return known + missing * (known >= RECORD.known_least * (known + missing))
@@ -131,15 +120,6 @@ def check_enough(known: int, missing: int, path: StrPath, why: str = "") -> None
     count = counted(known, missing)
     if count < MINIMUM_SAMPLES:
         raise BadInput(f"{path}: {count} samples; at least {MINIMUM_SAMPLES} are needed{why}")
-
-
-def check_precise(values: Floats, where: str) -> None:
-    """Raises BadInput for a column of a clock in single precision."""
-    if values.dtype != np.float64:
-        raise BadInput(
-            f"{where}: {len(values)} samples are read in single precision, which is too coarse for "
-            f"a clock. Split the file into parts below {arrays.NARROW_FROM} samples"
-        )
 
 
 def no_time(columns: Mapping[str, Floats]) -> str:

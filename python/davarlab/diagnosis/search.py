@@ -18,8 +18,8 @@ from ..candidates.candidate import (
 )
 from ..candidates.identifiable import Alternative
 from ..candidates.ranking import Trying
-from ..effects import clocks, table
 from ..effects import columns as columns_of
+from ..effects import table
 from ..inference import changes, modulation
 from ..inference.parts import Part, without
 from ..model import Model
@@ -57,7 +57,7 @@ def ranking(
     kinds; `progress`: see ranked()."""
     if state.spoiled:
         return []
-    skip = set(skip) | clocks.not_of(state.bench.gyro or "")
+    skip = set(skip)
     skip |= set(table.TABLE) - set(only) if only else set()
     sought = set(columns_of.SOUGHT_TOGETHER) - skip
     more = (

@@ -140,8 +140,6 @@ def guarded(path: StrPath, name: str, work: Callable[[], Result]) -> Result:
 def opened(path: StrPath, options: Options) -> tuple[Log, str]:
     """(the log, the name of its format)."""
     name, reader = format_of(path)
-    if options.clocks and reader is not text.log:
-        raise BadInput(f"--clock {options.clocks[0]}: {path} is {name}, and --clock reads text")
     if options.skip_lines and reader is not text.log:
         raise BadInput(f"--skip-lines: {path} is {name}, which has no lines")
     return guarded(path, name, lambda: reader(path, options)), name

@@ -8,8 +8,8 @@ class Options:
     """How a log is to be read. sensor: the name of one of its sensors; units: NAME=UNIT pairs over
     guesses; renames, scales: OLD=NEW, NAME=FACTOR; types: .msg files; names: of the columns of an
     array without, or of a text, over its own; plain: a CSV as it is, without guesses; as_recorded:
-    rate, units and levels are right, however implausible; clocks: COLUMN=KIND pairs (text.py);
-    skip_lines: of a text, at its beginning."""
+    rate, units and levels are right, however implausible; skip_lines: of a text, at its
+    beginning."""
 
     rate_hz: float | None = None
     sensor: str | None = None
@@ -20,5 +20,4 @@ class Options:
     names: list[str] | None = None
     plain: bool = False
     as_recorded: bool = False
-    clocks: list[str] = field(default_factory=list)
     skip_lines: int = 0

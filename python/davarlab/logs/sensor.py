@@ -116,7 +116,7 @@ def chosen(sensors: Sequence[Sensor], name: str | None, path: StrPath) -> Sensor
                 f"there are: {listed(sensors)}; select one with --sensor NAME)"
                 if sensors
                 else "no column is named like one. Name them: --names A,B,.., or import --rename "
-                "OLD=gyro_x_dps. Of a clock: --clock COLUMN=phase or frequency)"
+                "OLD=gyro_x_dps. For a clock, use davar.adev in Python)"
             )
         )
     if len(first) > 1:

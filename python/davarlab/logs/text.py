@@ -5,12 +5,10 @@ import contextlib
 import math
 import re
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from ..arrays import Floats
-from ..data import recording as recordings
 from ..errors import BadInput
 from ..files import StrPath
 from ..tables import guess, table
@@ -88,61 +86,6 @@ def scaled(columns: dict[str, Floats], scales: Sequence[str]) -> dict[str, Float
     return columns
 
 
-@dataclass(frozen=True)
-class Clock:
-    """A COLUMN=KIND pair of --clock: the name that the column gets, and values -> s or fractional
-    frequency, (values - offset) * factor. KIND: phase in s, phase_ms, phase_us, phase_ns, frequency
-    (fractional), or the nominal frequency of a column in Hz."""
-
-    pair: str
-    column: str
-    name: str
-    offset: float = 0.0
-    factor: float = 1.0
-
-
-def clock_of(pair: str) -> Clock:
-    column, _, kind = pair.partition("=")
-    what, _, unit = kind.partition("_")
-    if what == "phase" and (unit or "s") in guess.SECONDS:
-        return Clock(pair, column, ended(column, "phase_s"), factor=guess.SECONDS[unit or "s"])
-    name = ended(column, "fractional_frequency")
-    if kind == "frequency":
-        return Clock(pair, column, name)
-    with contextlib.suppress(ValueError):
-        if 0 < float(kind) < math.inf:
-            return Clock(pair, column, name, float(kind), 1 / float(kind))
-    raise BadInput(
-        f"--clock {pair}: phase, phase_ms, phase_us, phase_ns, frequency, or the nominal frequency "
-        "in Hz expected"
-    )
-
-
-def ended(name: str, end: str) -> str:
-    return name if name.endswith(end) else f"{name}_{end}"
-
-
-def clocks_named(names: list[str], clocks: Iterable[Clock], path: StrPath) -> list[str]:
-    """Names of columns with those of clocks, by which their unit is known."""
-    for clock in clocks:
-        if clock.column not in names:
-            there = ", ".join(names)
-            raise BadInput(
-                f"--clock {clock.pair}: {path} has no column {clock.column!r} (there are: {there})"
-            )
-        if clock.name in names and clock.name != clock.column:
-            raise BadInput(f"--clock {clock.pair}: {path} has a column {clock.name} already")
-        names = [clock.name if name == clock.column else name for name in names]
-    return names
-
-
-def read_clocks(columns: dict[str, Floats], clocks: Iterable[Clock], path: StrPath) -> None:
-    """Values of clocks in s, or as fractional frequencies."""
-    for clock in clocks:
-        recordings.check_precise(columns[clock.name], f"{path}: column {clock.column}")
-        columns[clock.name] = (columns[clock.name] - clock.offset) * clock.factor
-
-
 def other(name: str) -> bool:
     """Is a name one of an axis that davarlab calls otherwise: gx_dps, accel_x_ms2."""
     quantity = guess.quantity_of(name)
@@ -163,10 +106,7 @@ def is_own(names: Collection[str], rate_hz: float | None) -> bool:
     if any(map(other, names)):
         return False
     return any(
-        name.endswith(tuple("_" + unit for unit in TO_DPS))
-        or recordings.is_clock(name)
-        or not gyros
-        and ACCEL.fullmatch(name)
+        name.endswith(tuple("_" + unit for unit in TO_DPS)) or not gyros and ACCEL.fullmatch(name)
         for name in names
     ) and (
         "time_s" in names
@@ -259,13 +199,10 @@ def known_of(found: table.Table) -> guess.Known:
 
 
 def log(path: StrPath, options: Options) -> Own | named.Log:
-    clocks = [clock_of(pair) for pair in options.clocks]
     found = table.read(
         path,
         options.names,
-        lambda names, written, where: clocks_named(
-            renamed(names, options.renames, where, written), clocks, where
-        ),
+        lambda names, written, where: renamed(names, options.renames, where, written),
         options.skip_lines,
     )
     if not found.named and not options.renames:
@@ -274,7 +211,6 @@ def log(path: StrPath, options: Options) -> Own | named.Log:
             f"{path}:{found.line + 1}: no names above the {found.count} columns "
             f"({first[: table.SHOWN]}). {hint.said(found.columns, found.count, found.rates)}"
         )
-    read_clocks(found.columns, clocks, path)
     if options.plain or is_own(found.columns, options.rate_hz) and not options.units:
         return Own(found, path)
     check_time(found, path, options.units)

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .. import axes, files, places
+from .. import files, places
 from .. import model as models
 from ..candidates.candidate import Candidate
 from ..data.recording import Recording
@@ -22,7 +22,7 @@ from ..diagnosis.compare import Comparison
 from ..diagnosis.improve import Estimates, Improvement
 from ..diagnosis.state import Judged, State
 from ..effects import table
-from ..inference.estimate import Estimate, as_shown
+from ..inference.estimate import as_shown
 from ..model import Model
 from ..thresholds import CHANCE
 from . import curves, verdict, words
@@ -117,21 +117,16 @@ def parameter_rows(model: Model, given: Model, estimates: Sequence[Estimates]) -
         for index, parameter in enumerate(
             p for p in table.find(term.kind).parameters if p.name in entry
         ):
-            said, fitted = axes.shown(term.kind, parameter, entry[parameter.name], model.column)
-            given_value = before.get(term.kind, {}).get(parameter.name)
-            if given_value is not None:
-                given_value = axes.shown(term.kind, parameter, Estimate(given_value), model.column)[
-                    1
-                ].value
+            name = models.name_said(parameter.name, model.column)
             rows.append(
                 {
                     "effect": words.name(term.kind),
                     "first": index == 0,
-                    "name": said.name,
-                    "key": f"fitted.{place}.parameters.{said.name}",
-                    "unit": "" if parameter.values or parameter.form else said.unit,
-                    "given": given_value,
-                    "fitted": fitted,
+                    "name": name,
+                    "key": f"fitted.{place}.parameters.{name}",
+                    "unit": "" if parameter.values or parameter.form else parameter.unit,
+                    "given": before.get(term.kind, {}).get(parameter.name),
+                    "fitted": entry[parameter.name],
                     "new": term.kind not in before,
                 }
             )
@@ -178,7 +173,6 @@ def candidate_rows(found: Improvement) -> tuple[list[Json], list[str], list[str]
                             [candidate.parameters or fitted.get(kind, {})],
                             found.judgement.adequate,
                         )[0],
-                        found.model.column,
                     ),
                 }
             )

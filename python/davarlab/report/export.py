@@ -11,7 +11,7 @@ from ..arrays import Floats
 from ..errors import BadInput
 from ..inference import allan
 from ..inference.parts import part_of, spectrum_of
-from ..model import Model, as_said, is_accel, kind_said, rate_of
+from ..model import Model, is_accel, kind_said, name_said, rate_of
 from .words import in_c_comment
 
 DEVICE_ROLES, DEVICE_KINDS = ("spectrum", "states", "filter"), ("rate_ramp", "sinusoid")
@@ -72,14 +72,9 @@ def table_of(model: Model, window: int, tolerance: float, where: str = "the mode
 def description(table: Table) -> list[str]:
     column, lines = table.model.column, []
     for term in table.model.terms:
-        known = {one.name: one for one in part_of(term).effect.parameters}
-        said = [
-            (as_said(term.kind, known[name], column), value)
-            for name, value in term.parameters.items()
-        ]
         values = (
-            f"{one.name} = {value if isinstance(value, str) else format(value * factor, '.6g')}"
-            for (one, factor), value in said
+            f"{name_said(name, column)} = {value if isinstance(value, str) else f'{value:.6g}'}"
+            for name, value in term.parameters.items()
         )
         lines.append(f"{kind_said(term.kind, column)}: {', '.join(values)}")
     left_out = [

@@ -87,7 +87,7 @@ def template() -> jinja2.Template:
 
 
 def html(contents: Mapping[str, Any], column: str = "") -> str:
-    """The page, in the language of the column: that of a gyro, an accelerometer, or a clock."""
+    """The page, in the language of the column: that of a gyro or an accelerometer."""
     code, digest = script()
     styles = [own(WORKBENCH / "page/style" / name) for name in STYLES] + [own(HERE / "style.css")]
     data = json.dumps(contents["drawn"], allow_nan=False).replace("<", "\\u003c")

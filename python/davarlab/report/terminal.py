@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Sequence
 
-from .. import axes
 from ..candidates.candidate import Candidate
 from ..data.observations import Observation
 from ..diagnosis.compare import Comparison
@@ -10,7 +9,7 @@ from ..diagnosis.improve import Estimates, Improvement, Step
 from ..diagnosis.judge import Judgement
 from ..effects import table
 from ..inference.estimate import Estimate, as_shown
-from ..model import Model, kind_said
+from ..model import Model, kind_said, name_said
 from . import verdict as verdicts
 from . import words
 
@@ -45,12 +44,11 @@ def estimates(model: Model, entries: Sequence[Estimates]) -> str:
         for p in table.find(term.kind).parameters:
             if p.name not in entry:
                 continue
-            parameter, e = axes.shown(term.kind, p, entry[p.name], model.column)
+            name, e = name_said(p.name, model.column), entry[p.name]
             if not isinstance(e.value, str):
-                shown = f"  {parameter.name:<36}{e.value:>12.5g}   {interval(e)} {parameter.unit}"
-                lines.append(shown.rstrip())
+                lines.append(f"  {name:<36}{e.value:>12.5g}   {interval(e)} {p.unit}".rstrip())
             else:
-                lines.append(f"  {parameter.name:<36}{words.course(str(e.value)):>12}")
+                lines.append(f"  {name:<36}{words.course(str(e.value)):>12}")
     return "\n".join(lines)
 
 
@@ -123,7 +121,7 @@ def candidates(found: Improvement) -> str:
     if added:
         lines = ["Added effects, in this order, all fitted together:"]
         lines += [
-            f"  {kind}: {words.strength(kind, sizes, found.model.column)}"
+            f"  {kind}: {words.strength(kind, sizes)}"
             for kind, sizes in zip(
                 added, as_shown(found.estimates[-len(added) :], found.judgement.adequate)
             )

@@ -573,14 +573,11 @@ def of_missing(found: Improvement) -> str:
             )
         return (
             f"The model lacks {name(added[0])}: {words.clause(added[0])} "
-            f"({words.strength(added[0], sizes[0], found.model.column)})."
+            f"({words.strength(added[0], sizes[0])})."
         )
     named = listed(
         zip(added, sizes),
-        lambda one: (
-            f"{name(one[0])} "
-            f"({words.strength(one[0], one[1], found.model.column, words.bare_value)})"
-        ),
+        lambda one: (f"{name(one[0])} ({words.strength(one[0], one[1], words.bare_value)})"),
     )
     return f"The model lacks {named}."
 

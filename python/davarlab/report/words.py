@@ -5,7 +5,6 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from .. import axes
 from ..data.recording import Recording
 from ..diagnosis.improve import Estimates
 from ..effects import table
@@ -170,20 +169,18 @@ def value_with_interval(parameter: Parameter, estimate: Estimate) -> str:
 def strength(
     kind: str,
     estimates: Estimates,
-    column: str,
     shown: Callable[[Parameter, Estimate], str] = value_with_interval,
 ) -> str:
-    """The fitted size and shape of an effect, in the units of the column."""
+    """The fitted size and shape of an effect."""
     return "; ".join(
-        shown(*axes.shown(kind, p, estimates[p.name], column))
-        for p in table.find(kind).parameters
-        if p.name in estimates
+        shown(p, estimates[p.name]) for p in table.find(kind).parameters if p.name in estimates
     )
 
 
 def clause(kind: str) -> str:
     """The physics of an effect, as a clause inside a sentence."""
-    return axes.clause(table.find(kind).physics)
+    first = table.find(kind).physics.rstrip(".").split(": ")[0].split(" (")[0]
+    return first[0].lower() + first[1:]
 
 
 def seconds(value: float) -> str:

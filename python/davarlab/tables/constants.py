@@ -8,8 +8,6 @@ UG_PER_MPS2 = 1e6 / GRAVITY_MPS2
 # Units of the columns of a recording, by the end of their names.
 TO_DPS = {"dps": 1.0, "rad_s": DEG_PER_RAD}
 FORCE = {"force_mps2": 1.0}
-CLOCK = {"clock_ppb": 1.0}  # as axes.py names what it makes of a clock's column
-PPB = 1e-9  # of a frequency
 # Data sheets of MEMS gyros, deg/s per count.
 LSB_DPS = (
     tuple(scale / 32768 for scale in (125, 250, 500, 1000, 2000, 4000))

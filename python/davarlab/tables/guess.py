@@ -24,7 +24,6 @@ UNITS = {
     "accel": FORCES,
     "temp": DEGREES,
 }  # factor to s, deg/s, g, degC; of counts a person must say it
-CLOCKS = ("phase_s", "fractional_frequency")  # how the columns of clocks end
 AXES = {
     "x": "x",
     "y": "y",

@@ -21,11 +21,10 @@ def axes_of(names: Collection[str], quantity: str) -> list[str]:
 
 
 def sensor_of(names: Collection[str]) -> list[str]:
-    """The columns whose noise is measured: of gyros, else of clocks, else of accelerometers."""
+    """The columns whose noise is measured: of gyros, else of accelerometers."""
     gyros = axes_of(names, "gyro")
     gyros = [name for name in names if name in gyros or name.endswith(RATES)]
-    clocks = [name for name in names if name.endswith(guess.CLOCKS)]
-    return gyros or clocks or axes_of(names, "accel")
+    return gyros or axes_of(names, "accel")
 
 
 @dataclass
