@@ -9,7 +9,7 @@ import numpy as np
 from davarlab import arithmetic, axes, files, simulate
 from davarlab import model as models
 from davarlab.candidates.candidate import Candidate
-from davarlab.data.recording import Recording
+from davarlab.data.recording import Recording, rate_unit
 from davarlab.diagnosis import diagnose, fitting, improve, search
 from davarlab.diagnosis.improve import Estimates
 from davarlab.diagnosis.state import Judged, State
@@ -18,14 +18,11 @@ from davarlab.errors import BadInput
 from davarlab.logs import formats
 from davarlab.logs.options import Options
 from davarlab.model import Model
-from davarlab.tables.constants import FORCE, TO_DPS
 
 from . import sources, store
 from .sources import Identity
 from .store import Done, Row
 
-# Unit at the end of a column's name -> factor to that of the analysis.
-FACTORS = TO_DPS | FORCE
 DATED_S = 946684800  # Unix time of the year 2000: stamps before it count from somewhere else
 
 
@@ -223,6 +220,5 @@ def drawn(recording: Recording, fitted: Model, state: State) -> Recording:
     known = state.bench.counts
     if known and known.of == "rate":
         gyro = np.round(gyro / known.q) * known.q
-    unit = next(unit for unit in FACTORS if fitted.column.endswith("_" + unit))
-    factor = FACTORS[unit]
-    return replace(still, columns={**recording.columns, fitted.column: gyro / factor})
+    factor, _ = rate_unit(fitted.column)
+    return replace(still, columns={**recording.columns, fitted.column: gyro / (factor or 1.0)})

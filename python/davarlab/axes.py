@@ -6,7 +6,6 @@ of a gyro, is the velocity random walk in m/s/sqrt(h), and so on for every unit.
 to the analysis under another name, without the accelerometer beside it, so that no effect of
 acceleration is looked for in acceleration itself."""
 
-import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,8 +20,6 @@ from .model import Model, is_accel, kind_said, name_said
 from .tables.constants import FORCE, GRAVITY_MPS2, TO_DPS, UG_PER_MPS2
 
 TO_MPS2 = {"g": GRAVITY_MPS2, "mg": 1e-3 * GRAVITY_MPS2, "m_s2": 1.0, "mps2": 1.0}
-# Around a word that is not in the name of a file.
-FILE_BEGINS, FILE_ENDS = r"(?<![\w./-])", r"(?![\w-]*[./]\w)"
 SHOWN = {
     "deg": ("m/s", 1.0),
     "deg/h": ("ug", UG_PER_MPS2 / 3600),
@@ -98,13 +95,8 @@ def as_force(columns: Mapping[str, Floats], accel: str) -> dict[str, Floats]:
     }
 
 
-def rate_unit(column: str) -> str:
-    """The unit of the rate that the analysis makes of a column."""
-    return "m/s^2" if is_accel(column) or column.endswith(tuple(FORCE)) else "deg/s"
-
-
 def force_name(column: str) -> str:
-    return f"{column.split('_')[1]}_force_mps2"
+    return f"{FORCE}{column}"
 
 
 def called(model: Model, column: str) -> Model:
@@ -112,62 +104,22 @@ def called(model: Model, column: str) -> Model:
     return replace(model, column=column)
 
 
-def in_units(text: str, column: str) -> str:
-    """What is printed of a gyro, for a column: m/s for deg where it is an accelerometer's."""
-    if not is_accel(column):
-        return text
-    text = re.sub(r"deg/s(?!\w)", "m/s^2", text.replace("deg/s^2", "m/s^3"))
-    text = text.replace(force_name(column), column)
-    for kind in list(table.TABLE):  # effects of one's own may come and go meanwhile
-        said = kind_said(kind, column)
-        for gyro, accel in ((kind, said), (kind.replace("_", " "), said.replace("_", " "))):
-            text = exchanged(text, gyro, accel)
-    return re.sub(r"\bdeg\b(?=[/ )]|$)", "m/s", text)
-
-
-def exchanged(text: str, old: str, new: str) -> str:
-    """Another word, but not in the name of a file or of an own effect."""
-    return re.sub(rf"{FILE_BEGINS}{re.escape(old)}(?!_){FILE_ENDS}", lambda _: new, text)
-
-
-def plain_in_units(data: Any, column: str) -> Any:
-    """The same of what --json says: names of parameters, kinds and sentences."""
+def said(data: Any, column: str) -> Any:
+    """What --json says, with the keys and the kinds of effects as the files of the column call
+    them."""
     if not is_accel(column):
         return data
     if isinstance(data, dict):
-        return {
-            key_said(name, column): plain_in_units(value, column) for name, value in data.items()
-        }
+        return {key_said(name, column): said(value, column) for name, value in data.items()}
     if isinstance(data, (list, tuple)):
-        return [plain_in_units(value, column) for value in data]
-    return in_units(data, column) if isinstance(data, str) else data
+        return [said(value, column) for value in data]
+    return kind_said(data, column) if isinstance(data, str) else data
 
 
-def spoken(data: Any, column: str) -> Any:
-    """Data of a page with its sentences in the language of the column; kinds, by which a page names
-    effects to the server, stay."""
-    if isinstance(data, dict):
-        return {
-            name: value if name == "kind" else spoken(value, column) for name, value in data.items()
-        }
-    if isinstance(data, (list, tuple)):
-        return [spoken(value, column) for value in data]
-    return in_units(data, column) if isinstance(data, str) else data
-
-
-def key_said(name: Any, column: str) -> Any:
-    """A key of what --json says: a kind, or a quantity with its unit."""
-    if not isinstance(name, str):
-        return name
-    if not is_accel(column):
-        return name
-    name = kind_said(name, column)
-    return re.sub(r"deg(?![a-zA-Z])", "m_per_s", name).replace("dps", "mps2")
-
-
-def dotted_said(key: str, column: str) -> str:
-    """A dotted key of what --json says, for a column."""
-    return ".".join(key_said(name, column) for name in key.split("."))
+def key_said(key: str, column: str) -> str:
+    """A key of what --json says, or several with dots between: a kind, or a quantity with its
+    unit."""
+    return ".".join(name_said(kind_said(name, column), column) for name in key.split("."))
 
 
 def file_of(path: str | Path, column: str) -> Path:
@@ -234,8 +186,6 @@ def text(found: Iterable[Found]) -> str:
         adequacy = one.data.get("final", one.data)["adequacy"]
         out.append(f"{'' if own else one.column:<14}{'adequacy':<44}{adequacy}{error}")
         if "missing" in one.data:  # a diagnosis
-            said = in_units(one.data["missing_said"], one.column)
-            out.append(f"{'':<14}{'missing':<44}{said}")
-            steps = [in_units(step, one.column) for step in next_steps(one.data)]
-            out += [f"{'':<14}{'next':<44}{step}" for step in steps]
+            out.append(f"{'':<14}{'missing':<44}{one.data['missing_said']}")
+            out += [f"{'':<14}{'next':<44}{step}" for step in next_steps(one.data)]
     return "\n".join(out)

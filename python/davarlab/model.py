@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from . import files
-from .data.recording import Recording
+from .data.recording import Recording, is_force
 from .effects import table
-from .effects.base import Effect, Parameter, Values
+from .effects.base import Parameter, Values
 from .effects.columns import FOLLOWING
 from .effects.filters import RESPONSES, half_power_hz
 from .effects.means import TURNING, course_hz
@@ -44,7 +44,8 @@ class Model:
         return [term.kind for term in self.terms]
 
 
-def checked_value(effect: Effect, parameter: Parameter, value: Any, where: str) -> float | str:
+def checked_value(name: str, parameter: Parameter, value: Any, where: str) -> float | str:
+    """The value of a parameter that a model file calls `name`."""
     if parameter.values and value in parameter.values:
         found: float | str = value
         return found
@@ -53,48 +54,46 @@ def checked_value(effect: Effect, parameter: Parameter, value: Any, where: str) 
             if parameter.form(value):
                 return value
         except BadInput as why:
-            raise BadInput(f"{where}: {parameter.name}: {why}") from None
+            raise BadInput(f"{where}: {name}: {why}") from None
     if parameter.values:
         or_else = " or a filter as --bandwidth has it" if parameter.form else ""
         raise BadInput(
-            f"{where}: {parameter.name} must be one of {', '.join(map(str, parameter.values))}"
-            f"{or_else}"
+            f"{where}: {name} must be one of {', '.join(map(str, parameter.values))}{or_else}"
         )
     if parameter.form:
-        raise BadInput(f"{where}: {parameter.name} must be the {parameter.unit}, in quotes")
+        raise BadInput(f"{where}: {name} must be the {parameter.unit}, in quotes")
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise BadInput(f"{where}: {parameter.name} must be a number")
+        raise BadInput(f"{where}: {name} must be a number")
     if not abs(value) < HUGE:
-        raise BadInput(f"{where}: {parameter.name} must be a finite number")
+        raise BadInput(f"{where}: {name} must be a finite number")
     if not parameter.low <= value <= parameter.high:
         raise BadInput(
-            f"{where}: {parameter.name} = {value:g} is outside {parameter.low:g} .. "
-            f"{parameter.high:g}"
+            f"{where}: {name} = {value:g} is outside {parameter.low:g} .. {parameter.high:g}"
         )
     if parameter.whole and value % 1:
-        raise BadInput(f"{where}: {parameter.name} = {value:g} must be a whole number")
+        raise BadInput(f"{where}: {name} = {value:g} must be a whole number")
     return float(value)
 
 
-def checked_term(entry: object, where: str) -> Term:
-    """A [[effect]] entry as a Term; raises BadInput for unknown kinds and parameters, missing and
-    impossible values."""
+def checked_term(entry: object, where: str, column: str = "") -> Term:
+    """A [[effect]] entry of a model file of the column as a Term; raises BadInput for unknown kinds
+    and parameters, missing and impossible values."""
     if not isinstance(entry, dict) or not isinstance(entry.get("kind"), str):
         raise BadInput(f"{where}: an effect needs a kind")
-    effect = table.find(entry["kind"], where)
-    known = {parameter.name: parameter for parameter in effect.parameters}
+    said = entry["kind"]
+    own = (kind for kind in table.TABLE if kind_said(kind, column) == said)
+    effect = table.find(next(own, said), where)
+    known = {name_said(parameter.name, column): parameter for parameter in effect.parameters}
     for name in entry:
         if name != "kind" and name not in known:
-            raise BadInput(
-                f"{where}: {effect.kind} has no parameter {name} (it has: {', '.join(known)})"
-            )
+            raise BadInput(f"{where}: {said} has no parameter {name} (it has: {', '.join(known)})")
     missing = [
         name for name, parameter in known.items() if name not in entry and parameter.default is None
     ]
     if missing:
-        raise BadInput(f"{where}: {effect.kind} needs {missing[0]}")
+        raise BadInput(f"{where}: {said} needs {missing[0]}")
     values: Values = {
-        name: checked_value(effect, p, entry[name], where)
+        p.name: checked_value(name, p, entry[name], where)
         for name, p in known.items()
         if name in entry
     }
@@ -213,55 +212,39 @@ def is_accel(column: str) -> bool:
     return column.startswith("accel_")
 
 
+def in_metres(column: str) -> bool:
+    """Does m/s stand for deg: the column is an accelerometer's, in a file or in the analysis."""
+    return is_accel(column) or is_force(column)
+
+
 def kind_said(kind: str, column: str) -> str:
     """A kind as a model file of the column calls it."""
-    return ACCEL_KINDS.get(kind, kind) if is_accel(column) else kind
+    return ACCEL_KINDS.get(kind, kind) if in_metres(column) else kind
 
 
 def name_said(name: str, column: str) -> str:
     """A parameter as a model file of the column calls it: where that is an accelerometer's, with
     m/s for deg (coefficient_m_per_s_per_sqrt_h)."""
-    if not is_accel(column):
+    if not in_metres(column):
         return name
     return re.sub(r"deg(?![a-zA-Z])", "m_per_s", name).replace("dps", "mps2")
 
 
-def unspoken(entry: object, column: str) -> object:
-    """An [[effect]] of a file with the names of the table."""
-    if (
-        not is_accel(column)
-        or not isinstance(entry, dict)
-        or not isinstance(entry.get("kind"), str)
-    ):
-        return entry
-    said = entry["kind"]
-    kind = next((own for own in table.TABLE if kind_said(own, column) == said), said)
-    known = table.TABLE[kind].parameters if kind in table.TABLE else ()
-    names = {name_said(one.name, column): one.name for one in known}
-    return {names.get(name, name): value for name, value in entry.items()} | {"kind": kind}
+def unit_said(unit: str, column: str) -> str:
+    """The unit of a gyro's parameter, for a column."""
+    if not in_metres(column):
+        return unit
+    rates = re.sub(r"deg/s(?!\w)", "m/s^2", unit.replace("deg/s^2", "m/s^3"))
+    return re.sub(r"\bdeg\b", "m/s", rates)
 
 
 def terms_of(data: dict[str, Any], path: StrPath, column: str) -> list[Term]:
     entries = data.get("effect", [])
     if not isinstance(entries, list):
         raise BadInput(f"{path}: effects are written as [[effect]]")
-    found = []
-    for i, entry in enumerate(entries, 1):
-        try:
-            found.append(checked_term(unspoken(entry, column), f"{path}: effect {i}"))
-        except BadInput as why:
-            raise BadInput(as_written(str(why), column)) from None
-    return found
-
-
-def as_written(text: str, column: str) -> str:
-    """A message about an effect, with the names of the column's model files."""
-    for kind, effect in table.TABLE.items() if is_accel(column) else ():
-        for parameter in effect.parameters:
-            if f"{kind} " in text:
-                text = text.replace(parameter.name, name_said(parameter.name, column))
-        text = text.replace(f"{kind} ", f"{kind_said(kind, column)} ")
-    return text
+    return [
+        checked_term(entry, f"{path}: effect {i}", column) for i, entry in enumerate(entries, 1)
+    ]
 
 
 def table_in(data: dict[str, Any], name: str, path: StrPath) -> dict[str, Any]:

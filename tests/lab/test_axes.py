@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 import writing_logs as writing
 from asking import run, said
-from davarlab import axes
 from davarlab import model as models
 from davarlab.effects import table
 
@@ -129,9 +128,3 @@ def test_a_model_file_is_read_as_it_was_written():
         for column in ("accel_x_g", "gyro_x_dps"):
             model = models.Model(1.0, column, [models.Term(kind, values)])
             assert models.of_text(models.text_of(model), "text") == model
-
-
-def test_names_of_files_stay():
-    said = "angle_random_walk, 3 deg/sqrt(h); fit angle_random_walk.csv -m of/angle_random_walk/m"
-    expected = said.replace("angle_random_walk, 3 deg", "velocity_random_walk, 3 m/s")
-    assert axes.in_units(said, "accel_x_g") == expected

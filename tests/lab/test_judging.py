@@ -160,8 +160,8 @@ def test_a_model_fits_only_with_the_angle_random_walk_of_the_record(
     assert (found.reading.off != 0) == (word == "no" or model == 0.28)
     said = " ".join([verdict.adequacy(found), *verdict.headline(found, 100.0, True)])
     assert "000000" not in said
-    assert (said.count("angle random walk") > 1) == (word == "no")
-    assert ("times the angle random walk of the model" in said) == (word == "no" and model < 0.3)
+    assert (said.count("white noise") > 1) == (word == "no")
+    assert ("times the white noise of the model" in said) == (word == "no" and model < 0.3)
 
 
 def test_the_angle_random_walk_that_is_read_covers_the_true_one():

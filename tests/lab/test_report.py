@@ -165,10 +165,10 @@ def test_every_number_is_that_of_the_json_rounded(made, name):
             assert abs(float(shown) - float(value)) <= half_digit * 1.0001, (key, text)
 
 
-def test_every_number_of_an_accelerometer_is_that_of_the_json(lab):
+def test_every_number_of_an_accelerometer_is_that_of_the_json_and_its_files_keep_their_names(lab):
     noise = random.Random(2)
     lines = [f"{i / 50:.2f},{noise.gauss(1, 0.002):.7f}" for i in range(6000)]
-    path = lab.file("accel.csv", "\n".join(["time_s,accel_z_g", *lines]) + "\n")
+    path = lab.file("angle_random_walk.csv", "\n".join(["time_s,accel_z_g", *lines]) + "\n")
     model = lab.file(
         "accel.toml",
         '[sensor]\ncolumn = "accel_z_g"\n[[effect]]\nkind = "velocity_random_walk"\n'
@@ -179,6 +179,9 @@ def test_every_number_of_an_accelerometer_is_that_of_the_json(lab):
     data["fitted"] = said("fit", path, "-m", model)["effects"]
     found = {key: float(value) for key, value, _ in Reader(page.read_text("utf-8")).numbers}
     assert found == {key: looked_up(data, key) for key in found}
+    shown = re.sub(r"<(script|style).*?</\1>", "", page.read_text("utf-8"), flags=re.DOTALL)
+    assert str(path) in shown
+    assert not re.search(r"velocity_random_walk\.csv|deg/|deg |force_accel|angle random", shown)
     walk = "fitted.0.parameters.coefficient_m_per_s_per_sqrt_h"
     truth = 0.002 * 9.80665 / math.sqrt(50) * 60  # m/s/sqrt(h)
     assert found[f"{walk}.low"] < truth < found[f"{walk}.high"]

@@ -156,7 +156,7 @@ def test_an_accelerometer_is_analysed_in_its_own_units(folder, opened, tabs):
     for name in ("where", "spectrum", "columns", "sheet", "held", "fit"):
         tab(page, name)
         words = page.inner_text("#bench")
-        assert not re.search(r"deg/|\bARW\b|force_mps2|angle random", words), name
+        assert not re.search(r"deg/|\bARW\b|force_accel|angle random", words), name
     box = page.locator("#model .effect[data-kind=bias_instability] input[type=number]").first
     box.fill("40")
     box.press("Enter")

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arrays import Floats
 from ..data import signals
-from ..data.recording import Recording
+from ..data.recording import Recording, as_logged
 from ..effects import columns
 from ..inference.parts import Bench, Part
 from ..thresholds import CAUSE
@@ -289,6 +289,6 @@ def several_axes(recording: Recording, column: str) -> str:
         return ""
     said = " and ".join(f"{name} (r = {r:.2f})" for name, r in shared)
     return (
-        f"{said} drift{'s' if len(shared) == 1 else ''} together with {column} below "
+        f"{said} drift{'s' if len(shared) == 1 else ''} together with {as_logged(column)} below "
         f"{CAUSE.slow_hz:g} Hz, which points to a common cause that was not logged"
     )

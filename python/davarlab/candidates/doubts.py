@@ -8,6 +8,7 @@ from ..data.observations import Observation
 from ..effects.base import INFINITE
 from ..inference import estimate, images
 from ..inference.parts import Bench, Part, without
+from ..model import unit_said
 from ..tables.constants import TO_DPS
 from ..thresholds import CHANCE, DOUBT
 from . import common_cause, own_noise
@@ -135,7 +136,7 @@ def of_size(bench: Bench, parts: Sequence[Part], part: Part) -> str:
     size = size_of(bench, parts, part) if limit < INFINITE else 0.0
     if abs(size) <= limit:
         return ""
-    unit = part.effect.size.unit.replace(
+    unit = unit_said(part.effect.size.unit, bench.gyro or "").replace(
         "unit of the column", part.shape.get("column", "").rpartition("_")[2]
     )
     names = own_noise.names_of(bench.recording, part)

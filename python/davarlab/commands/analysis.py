@@ -63,13 +63,13 @@ def column_of(options: argparse.Namespace) -> str:
 
 
 def progress_of(options: argparse.Namespace) -> Progress:
-    """Progress, in the language of the column."""
-    column, last = column_of(options), ""
+    """Progress, each text once."""
+    last = ""
 
     def told(text: str) -> None:
         nonlocal last
         if text != last:
-            progress(axes.in_units(text, column))
+            progress(text)
         last = text
 
     return told
@@ -86,8 +86,7 @@ def output_of(options: argparse.Namespace) -> str | None:
 
 def write(model: models.Model, path: str, said: list[str]) -> None:
     """Writes a model with its verdict in comments."""
-    sentences = [axes.in_units(words.in_ascii(one), model.column) for one in said]
-    models.write(model, path, "\n".join(sentences))
+    models.write(model, path, "\n".join(map(words.in_ascii, said)))
 
 
 def each_axis(one: Callable[[argparse.Namespace], One]) -> Run:
@@ -97,11 +96,7 @@ def each_axis(one: Callable[[argparse.Namespace], One]) -> Run:
     def run(options: argparse.Namespace) -> int:
         if not options.axes:
             found, text = one(options)
-            emit(
-                options,
-                axes.plain_in_units(found.data, found.column),
-                axes.in_units(text, found.column),
-            )
+            emit(options, axes.said(found.data, found.column), text)
             return found.status
         if getattr(options, "report", None):
             raise BadInput("--report works for one axis only: remove --axes")
@@ -116,7 +111,7 @@ def each_axis(one: Callable[[argparse.Namespace], One]) -> Run:
             per_axis.append(one(options)[0])
         emit(
             options,
-            {"axes": {one.column: axes.plain_in_units(one.data, one.column) for one in per_axis}},
+            {"axes": {one.column: axes.said(one.data, one.column) for one in per_axis}},
             axes.text(per_axis),
         )
         return max(one.status for one in per_axis)
@@ -205,7 +200,7 @@ def compare_one(options: argparse.Namespace) -> One:
         ),
         "\n".join(
             [
-                terminal.comparison(found, evidence.notes(recording, model)),
+                terminal.comparison(found, model.column, evidence.notes(recording, model)),
                 *verdict.to_find(found.judgement, state.judgement),
             ]
         ),

@@ -50,7 +50,7 @@ def of_axis(whole: Recording, column: str, bandwidth: str) -> Axis:
     found = search.of_noise(start, model, lambda text: None)
     made, estimates = improve.fitted_model(found, model)
     judgement = found.judgement
-    said = axes.in_units(words.in_ascii(verdict.adequacy(judgement)), column)
+    said = words.in_ascii(verdict.adequacy(judgement))
     if judgement.spoiled_by:
         return Axis(column, said=said)
     read = at_95(judgement.reading) if judgement.reading else None

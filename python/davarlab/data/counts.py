@@ -74,32 +74,6 @@ class Counts:
             else ("amplitudes",)
         )
 
-    @property
-    def detail(self) -> str:
-        what = (
-            f"one count is {self.q:.4g} deg/s"
-            if self.of == "rate"
-            else f"one count of the angle is {self.q / self.rate_hz:.4g} deg ({self.q:.4g} deg/s "
-            "over one sample)"
-        )
-        said = f"{what}, and the noise is {self.sigma_counts:.2g} counts per sample"
-        if not self.coarse:
-            return said + ". The model accounts for the rounding noise"
-        if self.of == "angle":
-            return (
-                said
-                + ". The rounding makes moving lines, which the model accounts for"
-                + (". The noise was not tested for changes over time" if self.unsteady else "")
-            )
-        return said + (
-            ". The rounding changes noise and bias as the bias moves through a count. The model "
-            "accounts for the change of the noise. The bias is off by up to "
-            f"{np.abs(rounded(self.sigma_counts)[0] - PHASES).max():.2g} counts"
-        )
-
-
-# The grid -----------------------------------------------------------------------------------------
-
 
 def levels_of(x: Floats, together: bool = False) -> Floats | None:
     """Distinct values; `together`: those that differ by the rounding of a sum only are one. None

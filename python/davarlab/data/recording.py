@@ -95,20 +95,38 @@ class Recording:
 
     def rate_dps(self, name: str) -> Floats:
         """A gyro column in deg/s; what axes.py makes of an accelerometer in m/s^2."""
-        factors = TO_DPS | FORCE
-        unit = next((unit for unit in factors if name.endswith("_" + unit)), None)
-        if unit is None:
+        factor, unit = rate_unit(name)
+        if factor is None:
             raise BadInput(
                 f"{self.name}: column {name} is not in deg/s or rad/s (its name must end in _dps "
                 "or _rad_s)"
             )
-        rate = self.column(name) * factors[unit]
+        rate = self.column(name) * factor
         spread = float(np.ptp(rate))
         if spread and not RECORD.spread_dps[0] < spread < RECORD.spread_dps[1]:
             raise BadInput(
-                f"{self.name}: column {name}: a range of {spread:.3g} deg/s is not that of a gyro"
+                f"{self.name}: column {as_logged(name)}: a range of {spread:.3g} {unit} is not "
+                "that of a sensor"
             )
         return rate
+
+
+def is_force(name: str) -> bool:
+    """Is a column an accelerometer's, as the analysis takes it."""
+    return name.startswith(f"{FORCE}accel_")
+
+
+def as_logged(name: str) -> str:
+    """A column of the analysis as the recording calls it."""
+    return name.removeprefix(FORCE) if is_force(name) else name
+
+
+def rate_unit(name: str) -> tuple[float | None, str]:
+    """(factor of a column to the rate of the analysis, None: it is none; unit of that rate)."""
+    if is_force(name):
+        return 1.0, "m/s^2"
+    found = (factor for unit, factor in TO_DPS.items() if name.endswith("_" + unit))
+    return next(found, None), "deg/s"
 
 
 def counted(known: int, missing: int) -> int:

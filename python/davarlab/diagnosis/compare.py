@@ -7,7 +7,6 @@ from typing import TypeVar
 
 import numpy as np
 
-from .. import axes
 from ..arrays import Floats, Ints
 from ..data import signals
 from ..data.observations import Observation
@@ -17,7 +16,7 @@ from ..inference import changes, modulation
 from ..inference.estimate import vector_likelihood
 from ..inference.parts import Bench, Part, part_of
 from ..inference.whittle import generalised_least_squares
-from ..model import Model, Term
+from ..model import Model, Term, unit_said
 from . import fitting, judge
 from .judge import Cell, Judgement
 from .state import Judged, Progress, State
@@ -195,7 +194,7 @@ def of_state(state: Judged, column: str) -> Comparison:
         state.seen,
         recording.samples - recording.measured_samples,
         recording.samples / recording.rate_hz,
-        axes.rate_unit(column),
+        unit_said("deg/s", column),
     )
 
 

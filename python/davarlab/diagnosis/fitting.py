@@ -137,19 +137,17 @@ def check_at_rest(recording: Recording, seen: Sequence[Observation]) -> None:
 
 
 def check_alive(recording: Recording, model: Model, y: Floats) -> None:
+    where = f"{recording.name}: column {recordings.as_logged(model.column)}"
     if recordings.counted(len(y), recording.missing_samples) < recordings.MINIMUM_SAMPLES:
         raise BadInput(
-            f"{recording.name}: column {model.column}: {len(y)} samples remain without motion, "
+            f"{where}: {len(y)} samples remain without motion, "
             f"torn, repeated and clipped samples; at least {recordings.MINIMUM_SAMPLES} are needed"
         )
     if np.mean(np.diff(y) != 0) < START.moving_share:
-        raise BadInput(
-            f"{recording.name}: column {model.column} hardly changes, so there is no noise to "
-            "compare a model with"
-        )
+        raise BadInput(f"{where} hardly changes, so there is no noise to compare a model with")
     if signals.foretold(y):
         raise BadInput(
-            f"{recording.name}: column {model.column}: every sample is predictable from the "
+            f"{where}: every sample is predictable from the "
             "earlier ones, so there is no noise to compare a model with"
         )
 

@@ -320,7 +320,7 @@ def forward(state: State, given: int, progress: Progress, draft: bool = False) -
             return replace(way, ended=f"{SEARCH.fits_most} fits")
         progress(
             f"trying {len(table.TABLE) - len(set(way.state.model_kinds))} effects in addition "
-            f"to {', '.join(way.state.model_kinds)}"
+            f"to {way.state.kinds_said}"
         )
         way, more = way.step()
         if not more:
@@ -456,7 +456,7 @@ def of_noise(state: State, model: Model, progress: Progress) -> Judged:
         for _ in range(SEARCH.noise_steps_most):
             if found.judgement.adequate or not more or state.spoiled:
                 break
-            progress(f"adding to {', '.join(way.state.model_kinds)}")
+            progress(f"adding to {way.state.kinds_said}")
             before, (way, more) = way.state, way.step()
             if way.state is not before:
                 found = judged(way.state)

@@ -11,6 +11,7 @@ from ..inference.adequacy import Adequacy
 from ..inference.changes import Blocks
 from ..inference.parts import Bench, Part
 from ..inference.whittle import Fit
+from ..model import kind_said
 from .judge import Cell, Judgement
 
 Progress = Callable[[str], None]  # receives what is being done
@@ -47,6 +48,11 @@ class State:
     @property
     def model_kinds(self) -> list[str]:
         return [part.kind for part in self.parts]
+
+    @property
+    def kinds_said(self) -> str:
+        """The kinds, as a model file of the column has them."""
+        return ", ".join(kind_said(kind, self.bench.gyro or "") for kind in self.model_kinds)
 
     @property
     def record(self) -> Floats:

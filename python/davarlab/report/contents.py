@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from .. import files, places
+from .. import axes, files, places
 from .. import model as models
 from ..candidates.candidate import Candidate
-from ..data.recording import Recording
+from ..data.recording import Recording, as_logged
 from ..diagnosis import contributions, evidence, improve, search
 from ..diagnosis.compare import Comparison
 from ..diagnosis.improve import Estimates, Improvement
@@ -100,9 +100,9 @@ def run_facts(run: Run) -> Json:
         "rate_hz": recording.rate_hz,
         "duration_s": recording.samples / recording.rate_hz,
         "gaps": len(recording.gaps),
-        "column": run.model.column,
+        "column": as_logged(run.model.column),
         "notes": recording.notes,
-        "columns": list(recording.columns),
+        "columns": list(map(as_logged, recording.columns)),
         "versions": versions(),
         "made": datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
     }
@@ -118,13 +118,14 @@ def parameter_rows(model: Model, given: Model, estimates: Sequence[Estimates]) -
             p for p in table.find(term.kind).parameters if p.name in entry
         ):
             name = models.name_said(parameter.name, model.column)
+            unit = models.unit_said(parameter.unit, model.column)
             rows.append(
                 {
                     "effect": words.name(term.kind),
                     "first": index == 0,
                     "name": name,
                     "key": f"fitted.{place}.parameters.{name}",
-                    "unit": "" if parameter.values or parameter.form else parameter.unit,
+                    "unit": "" if parameter.values or parameter.form else unit,
                     "given": before.get(term.kind, {}).get(parameter.name),
                     "fitted": entry[parameter.name],
                     "new": term.kind not in before,
@@ -173,6 +174,7 @@ def candidate_rows(found: Improvement) -> tuple[list[Json], list[str], list[str]
                             [candidate.parameters or fitted.get(kind, {})],
                             found.judgement.adequate,
                         )[0],
+                        found.model.column,
                     ),
                 }
             )
@@ -229,7 +231,7 @@ def measured(
         "tests": test_rows(comparison, better),
         "correlations": correlation_rows(comparison, better),
         "parameters": parameter_rows(model, run.model, estimates),
-        "model_text": models.text_of(model),
+        "model_text": models.text_of(axes.called(model, as_logged(model.column))),
         "drawn": drawn(run, comparison, better, state, zip(model.kinds, estimates)),
     }
 

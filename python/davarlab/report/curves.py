@@ -1,13 +1,13 @@
 """What the page and the report draw, as plain values. Both draw it with the same code
 (workbench/page/chart)."""
 
-import re
 from collections.abc import Iterable, Sequence
 from typing import cast
 
 import numpy as np
 
 from ..arrays import Floats, Ints
+from ..data.recording import as_logged, is_force
 from ..diagnosis import judge
 from ..diagnosis.contributions import Contribution
 from ..diagnosis.judge import Cell
@@ -16,7 +16,6 @@ from .values import Json
 
 ENVELOPE = 1200  # points of a record
 COLUMNS = 5  # drawn beside the gyro
-FORCE = re.compile(r"^(\w)_force_mps2$")  # an accelerometer's column in the analysis (axes.py)
 BAND = (0.025, 0.975)  # of 95 %
 
 
@@ -94,14 +93,14 @@ def residual(f_hz: Floats, power: Floats, counts: Ints) -> Json:
 def envelope(
     name: str, values: Floats, rate_hz: float, edges_s: tuple[float, float] | None = None
 ) -> Json:
-    """A column, or a stretch of it, thinned so that no extreme is lost. That of an accelerometer is
-    in m/s^2 here, whatever the unit in its name."""
+    """A column, or a stretch of it, thinned so that no extreme is lost. That of the accelerometer
+    that is analysed is in m/s^2, whatever the unit in its name."""
     start, stop = (0, len(values)) if edges_s is None else (int(edge * rate_hz) for edge in edges_s)
     start = max(0, start)
     part = values[start : min(len(values), max(stop, start + 2))]
     edges = np.linspace(0, len(part), min(ENVELOPE, len(part)), endpoint=False).astype(int)
     return {
-        "column": FORCE.sub(r"accel_\1 (m/s^2)", name),
+        "column": f"{as_logged(name)[:7]} (m/s^2)" if is_force(name) else name,
         "time_s": ((start + edges) / rate_hz).tolist(),
         "low": np.minimum.reduceat(part, edges).tolist(),
         "high": np.maximum.reduceat(part, edges).tolist(),

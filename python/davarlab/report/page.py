@@ -6,7 +6,7 @@ import hashlib
 import json
 import re
 from collections.abc import Callable, Mapping
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,6 @@ from . import verdict, words
 HERE = Path(__file__).resolve().parent
 WORKBENCH = HERE.parent / "workbench"
 IMPORT = re.compile(r'^import (?:\* as (\w+)|(\{[^}]*\})) from "/(page/.*)";$', re.MULTILINE)
-KEY = re.compile(r"(?<=data-key=\")[^\"]+")
 EXPORT = re.compile(r"^export ((?:async )?(?:const|function|class)) (\w+)", re.MULTILINE)
 STYLES = ("tokens.css", "chart.css")
 
@@ -55,14 +54,16 @@ def script() -> tuple[str, str]:
 
 
 def quantity(
-    key: str, value: float | str | None, show: Callable[[Any], str] = words.number
+    column: str, key: str, value: float | str | None, show: Callable[[Any], str] = words.number
 ) -> Markup:
     """A number as people read it, with its full value for machines: <data value="..."> and its name
-    in the JSON."""
+    in the JSON for the column."""
     if value is None or value != value:
         return Markup("–")
     full = value if isinstance(value, str) else repr(float(value))
-    return Markup('<data data-key="{}" value="{}">{}</data>').format(key, full, show(value))
+    return Markup('<data data-key="{}" value="{}">{}</data>').format(
+        axes.key_said(key, column), full, show(value)
+    )
 
 
 def breakable(name: object) -> Markup:
@@ -79,26 +80,24 @@ def template() -> jinja2.Template:
         lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
     )
-    environment.globals.update(
-        quantity=quantity, chance=words.chance, bounds=words.bounds, section=verdict.section
-    )
+    environment.globals.update(chance=words.chance, bounds=words.bounds, section=verdict.section)
     environment.filters.update(breakable=breakable, number=words.number, name=words.name)
     return environment.get_template("page.html")
 
 
 def html(contents: Mapping[str, Any], column: str = "") -> str:
-    """The page, in the language of the column: that of a gyro or an accelerometer."""
+    """The page. column: the names in the JSON are those of its files."""
     code, digest = script()
     styles = [own(WORKBENCH / "page/style" / name) for name in STYLES] + [own(HERE / "style.css")]
     data = json.dumps(contents["drawn"], allow_nan=False).replace("<", "\\u003c")
-    text = template().render(
+    return template().render(
         contents,
+        quantity=partial(quantity, column),
         style=Markup("\n".join(styles)),
         digest=digest,
         data=Markup(data),
+        charts=Markup(code),
     )
-    text = KEY.sub(lambda key: axes.dotted_said(key[0], column), axes.in_units(text, column))
-    return text.replace("/* charts */", code)
 
 
 def write(contents: Mapping[str, Any], path: str | Path, column: str = "") -> None:

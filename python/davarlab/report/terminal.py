@@ -9,7 +9,7 @@ from ..diagnosis.improve import Estimates, Improvement, Step
 from ..diagnosis.judge import Judgement
 from ..effects import table
 from ..inference.estimate import Estimate, as_shown
-from ..model import Model, kind_said, name_said
+from ..model import Model, kind_said, name_said, unit_said
 from . import verdict as verdicts
 from . import words
 
@@ -40,13 +40,14 @@ def interval(estimate: Estimate) -> str:
 def estimates(model: Model, entries: Sequence[Estimates]) -> str:
     lines = []
     for term, entry in zip(model.terms, entries):
-        lines.append(term.kind)
+        lines.append(kind_said(term.kind, model.column))
         for p in table.find(term.kind).parameters:
             if p.name not in entry:
                 continue
             name, e = name_said(p.name, model.column), entry[p.name]
+            unit = unit_said(p.unit, model.column)
             if not isinstance(e.value, str):
-                lines.append(f"  {name:<36}{e.value:>12.5g}   {interval(e)} {p.unit}".rstrip())
+                lines.append(f"  {name:<36}{e.value:>12.5g}   {interval(e)} {unit}".rstrip())
             else:
                 lines.append(f"  {name:<36}{words.course(str(e.value)):>12}")
     return "\n".join(lines)
@@ -73,10 +74,12 @@ def fit(
     return "\n".join(lines) + "\n\n" + estimates(model, as_shown(entries, judgement.adequate))
 
 
-def comparison(c: Comparison, notes: Iterable[str] = (), against: Sequence[Candidate] = ()) -> str:
+def comparison(
+    c: Comparison, column: str, notes: Iterable[str] = (), against: Sequence[Candidate] = ()
+) -> str:
     """notes: of the recording. against: of a search beside this model."""
     lines = [
-        f"model: {', '.join(c.effects)}",
+        f"model: {', '.join(kind_said(kind, column) for kind in c.effects)}",
         f"error {c.error:.4f} (floor {c.error_floor:.4f}), p {p_text(c.p_value)}",
         words.in_ascii(verdicts.contested(c.judgement, against)),
         words.in_ascii(verdicts.misfit(c)),
@@ -117,11 +120,11 @@ def verdict(found: Improvement) -> str:
 def candidates(found: Improvement) -> str:
     """The added effects with their fitted values, then each candidate alone with the initial
     effects."""
-    added, lines = found.added, []
+    added, lines, column = found.added, [], found.model.column
     if added:
         lines = ["Added effects, in this order, all fitted together:"]
         lines += [
-            f"  {kind}: {words.strength(kind, sizes)}"
+            f"  {kind_said(kind, column)}: {words.strength(kind, sizes, column)}"
             for kind, sizes in zip(
                 added, as_shown(found.estimates[-len(added) :], found.judgement.adequate)
             )
@@ -135,7 +138,7 @@ def candidates(found: Improvement) -> str:
         : max(CANDIDATES_MAX - len(first), 3)
     ]
     lines += [
-        f"{rank}. {c.kind}{' (added)' if c.kind in added else ''}: {c.why}"
+        f"{rank}. {kind_said(c.kind, column)}{' (added)' if c.kind in added else ''}: {c.why}"
         for rank, c in enumerate(first + rest, 1)
     ]
     return words.in_ascii("\n".join(lines))
@@ -160,7 +163,9 @@ def steps(found: Improvement) -> str:
 def diagnosis(found: Improvement) -> str:
     return "\n\n".join(
         [
-            comparison(found.comparison, found.notes, verdicts.against_given(found)),
+            comparison(
+                found.comparison, found.model.column, found.notes, verdicts.against_given(found)
+            ),
             verdict(found),
             candidates(found),
         ]

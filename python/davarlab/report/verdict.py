@@ -20,6 +20,7 @@ from ..effects import table
 from ..inference import estimate
 from ..inference.estimate import Entry, as_shown
 from ..inference.reading import Reading
+from ..model import kind_said
 from ..thresholds import CHANCE, JUDGE, READING
 from . import words
 from .words import capital, listed, name, number, p_is, seconds, times
@@ -125,7 +126,7 @@ def headline(
     if misread_alone(judgement) and judgement.reading:
         ratio = judgement.reading.ratio
         far = words.away(ratio) if 1e-3 < ratio < 1e3 else "more than 1000\N{MULTIPLICATION SIGN}"
-        return "The angle random walk is off by", far, ""
+        return "The white noise is off by", far, ""
     if not known:
         return "Something is missing that", "no known effect", "explains"
     start, stop, tau = worst["start_s"], worst["stop_s"], words.brief(worst["tau_s"])
@@ -158,7 +159,7 @@ def against(judgement: Judgement) -> str:
     if largest:
         return f"a deviation of at least {number(abs(largest['percent']), 2)} % is proven"
     if misread_alone(judgement):
-        return "the recording has another angle random walk"
+        return "the recording has another level of white noise"
     return f"the error is {judgement.error / judgement.floor:.2f} times that of a true model"
 
 
@@ -320,7 +321,7 @@ def misread(reading: Reading) -> str:
         "filter that is in front of its white noise."
     )
     return (
-        f"The {'recording' if more else 'model'} has {far} the angle random walk of the "
+        f"The {'recording' if more else 'model'} has {far} the white noise of the "
         f"{'model' if more else 'recording'} (a factor of at least {least} with {CONFIDENCE}), as "
         "the Allan deviation around 1 s and the density from "
         f"{READING.low_hz:g} to {READING.high_hz:g} Hz show, both without the lines of the model. "
@@ -417,7 +418,8 @@ def answer(found: Improvement) -> str:
 
 def missing(found: Improvement) -> str:
     """The answer in a few words, for a table."""
-    given, added = answer(found), found.added
+    given = answer(found)
+    added = [kind_said(kind, found.model.column) for kind in found.added]
     against = lacks(found.against) if found.against else ""
     return {
         "fits": "nothing",
@@ -562,7 +564,7 @@ def of_held_out(found: Improvement) -> str | None:
 
 
 def of_missing(found: Improvement) -> str:
-    added = found.added
+    added, column = found.added, found.model.column
     sizes = as_shown(found.estimates[-len(added) :], found.judgement.adequate)
     if len(added) == 1:
         rivals = [one.kind for one in undecided(found)]
@@ -573,11 +575,13 @@ def of_missing(found: Improvement) -> str:
             )
         return (
             f"The model lacks {name(added[0])}: {words.clause(added[0])} "
-            f"({words.strength(added[0], sizes[0])})."
+            f"({words.strength(added[0], sizes[0], column)})."
         )
     named = listed(
         zip(added, sizes),
-        lambda one: (f"{name(one[0])} ({words.strength(one[0], one[1], words.bare_value)})"),
+        lambda one: (
+            f"{name(one[0])} ({words.strength(one[0], one[1], column, words.bare_value)})"
+        ),
     )
     return f"The model lacks {named}."
 

@@ -3,6 +3,7 @@
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 from ..data.recording import Recording
@@ -12,12 +13,14 @@ from ..effects.base import Parameter
 from ..effects.means import COURSE_LEAST
 from ..errors import printable
 from ..inference.estimate import Estimate
+from ..model import unit_said
 from ..thresholds import CHANCE
 
 TINY = 1e-12  # below this a p-value says "never"; its digits are those of an approximation
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 PLAIN_DIGITS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 NAMES = {
+    "angle_random_walk": "white noise",  # of a gyro and of an accelerometer
     "gauss_markov": "Gauss-Markov noise",
     "low_pass": "low pass of the sensor",
     "g_sensitivity": "g-sensitivity",
@@ -169,11 +172,14 @@ def value_with_interval(parameter: Parameter, estimate: Estimate) -> str:
 def strength(
     kind: str,
     estimates: Estimates,
+    column: str,
     shown: Callable[[Parameter, Estimate], str] = value_with_interval,
 ) -> str:
-    """The fitted size and shape of an effect."""
+    """The fitted size and shape of an effect of a model of the column."""
     return "; ".join(
-        shown(p, estimates[p.name]) for p in table.find(kind).parameters if p.name in estimates
+        shown(replace(p, unit=unit_said(p.unit, column)), estimates[p.name])
+        for p in table.find(kind).parameters
+        if p.name in estimates
     )
 
 

@@ -7,7 +7,8 @@ GRAVITY_MPS2 = 9.80665  # m/s^2 per g: the standard acceleration
 UG_PER_MPS2 = 1e6 / GRAVITY_MPS2
 # Units of the columns of a recording, by the end of their names.
 TO_DPS = {"dps": 1.0, "rad_s": DEG_PER_RAD}
-FORCE = {"force_mps2": 1.0}
+# Before the name of an accelerometer's column: in the analysis, its values are in m/s^2 (axes.py).
+FORCE = "force_"
 # Data sheets of MEMS gyros, deg/s per count.
 LSB_DPS = (
     tuple(scale / 32768 for scale in (125, 250, 500, 1000, 2000, 4000))

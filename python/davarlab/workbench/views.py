@@ -26,10 +26,9 @@ from ..effects.means import TURNING
 from ..inference import allan
 from ..inference.estimate import superfluous
 from ..inference.parts import part_of, spectrum_of
-from ..model import Model, Term, is_accel
+from ..model import Model, Term, in_metres, is_accel
 from ..report import curves, values, verdict, words
 from ..report.values import Json
-from ..tables.constants import FORCE
 from ..thresholds import CHANCE
 from .dataset import Dataset, Outcome
 
@@ -107,7 +106,7 @@ def card(outcome: Outcome, place: int, taken: tuple[float, float] | None) -> Jso
     without it, and the error then, both of the fit. Where the recording permits no model, its
     numbers are withheld."""
     term, entry = outcome.model.terms[place], outcome.estimates[place]
-    units = SHOWN if outcome.model.column.endswith(tuple(FORCE)) else {}
+    units = SHOWN if in_metres(outcome.model.column) else {}
     effect = table.find(term.kind)
     rows = [
         {

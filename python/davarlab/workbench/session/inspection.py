@@ -1,6 +1,5 @@
 """What a page may ask of the open recording alone: it needs no fit, and waits for none."""
 
-from ... import axes
 from ... import model as models
 from ...effects import table
 from ...errors import BadInput
@@ -21,9 +20,7 @@ class Inspection:
         span = dataset.recording.samples / dataset.recording.rate_hz
         if not 0 <= start < stop <= span * 1.001 or (stop - start) * dataset.recording.rate_hz < 16:
             raise BadInput(f"{start:g} to {stop:g} s: not a part of this recording")
-        found = views.stretch(dataset, start, min(stop, span), every)
-        said: Json = axes.spoken(found, dataset.selection.column)
-        return said
+        return views.stretch(dataset, start, min(stop, span), every)
 
     def there(self) -> Dataset:
         """The dataset, for what needs no fit: it may be cleared meanwhile."""

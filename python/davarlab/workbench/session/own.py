@@ -62,7 +62,7 @@ def answers(effect: Effect, recording: Recording) -> Json:
     if effect.role != "spectrum":
         course = needed(effect.regressor)(recording, shape)
         if not np.ptp(course):
-            known = "the mean of the axis" if effect.role == "mean" else "angle random walk"
+            known = "the mean of the axis" if effect.role == "mean" else "white noise"
             raise BadInput(f"the regressor is constant, which is {known} already")
         said = f"{len(course)} values from {course.min():.4g} to {course.max():.4g}"
         return {"said": said, "course": datasets.picture(course)}

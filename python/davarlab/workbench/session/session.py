@@ -7,7 +7,7 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
-from ... import axes
+from ...model import unit_said
 from ...report.values import Json
 from .. import arrivals, plans, typed
 from . import welcome
@@ -134,7 +134,7 @@ class Session(Standing):
             "sensor": steps.log.get("sensor") if steps.log else None,
             "duration_s": recording.samples / recording.rate_hz,
             "column": dataset.selection.column,
-            "unit": axes.rate_unit(dataset.selection.column),
+            "unit": unit_said("deg/s", dataset.selection.column),
             "columns": [
                 name for name in recording.columns if name not in ("time_s", dataset.column)
             ],

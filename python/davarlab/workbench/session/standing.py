@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ... import axes
 from ...data.recording import Recording
 from ...errors import BadInput
 from ...report.values import Json
@@ -95,11 +94,6 @@ class Standing:
         if not self.steps:
             raise Stale("no recording is open")
         return self.steps
-
-    def spoken(self, found: Json) -> Json:
-        """What a page shows, in the language of a gyro or an accelerometer."""
-        said: Json = axes.spoken(found, self.open_dataset.selection.column)
-        return said
 
     def progress(self, text: str) -> None:
         self.tell(progress=text)

@@ -120,9 +120,7 @@ class Stepping:
             "did": step.did,
             "fitted": step.fitted,
             "off": step.off,
-            **self.session.spoken(
-                views.model(outcome, self.session.open_dataset.recording, step.parent is None)
-            ),
+            **views.model(outcome, self.session.open_dataset.recording, step.parent is None),
         }
 
     def candidates(self, number: int | None = None) -> Json:
@@ -134,8 +132,9 @@ class Stepping:
         def partly(kind: str, found: Sequence[Candidate | None]) -> None:
             self.give_way()
             so_far = sorted(filter(None, found), key=lambda candidate: candidate.log_p)
-            said = self.session.spoken({"candidates": views.candidates(so_far)})
-            self.session.tell(ranking=state, trying=words.name(kind), **said)
+            self.session.tell(
+                ranking=state, trying=words.name(kind), candidates=views.candidates(so_far)
+            )
 
         dataset = self.session.open_dataset
         try:
@@ -149,7 +148,7 @@ class Stepping:
             fits = self.outcome(step).state.judgement.adequate and not found["against"]
             with contextlib.suppress(BadInput):  # another process has the file: an action says so
                 self.session.open_steps.settle(step.number, fits)
-            return self.session.spoken(found)
+            return found
         except Superseded:
             return {"number": step.number, "state": state, "superseded": True}
 

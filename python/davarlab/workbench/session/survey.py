@@ -86,12 +86,11 @@ class Survey:
                 if beside
                 else self.session.dataset_at(self.session.open_dataset.whole, selection)
             )
-            row: Json = axes.spoken(self.row(dataset, session, selection), column)
-            return {"column": column, **row}
+            return {"column": column, **self.row(dataset, session, selection)}
         except Superseded:
             return {"column": column, "superseded": True}
         except BadInput as why:  # of this axis; the others have their rows
-            return {"column": column, "error": axes.in_units(self.short(why), column)}
+            return {"column": column, "error": self.short(why)}
 
     def row(self, dataset: Dataset, session: Steps, selection: Selection) -> Json:
         sensor = (session.log and session.log["sensor"]) or ""
