@@ -33,8 +33,7 @@ HOST, TOKEN = "127.0.0.1:8000", "t" * 22
 LIMIT_S = 300  # after which a server hangs; a busy machine is no fault
 POSTED = (session.ACTION, session.CODE)
 QUERIES = {name for name, (kind, _) in session.CALLS.items() if kind not in POSTED}
-SKIPPED = ("drop", "tutorial")
-CALLED = [name for name in schema.REQUESTS if name not in SKIPPED]
+CALLED = [name for name in session.CALLS if name != "tutorial"]
 WRONG = (
     *(None, True, 5, -1, 1.5, 1e300, 10**30, "", "x", "5", "nan", "\0", "a" * 5000),
     *([], [1], [[]], [["a", 2]], {}, {"a": 1}, {"a": [1]}, [None], [True]),
@@ -253,6 +252,10 @@ def test_a_tab_that_comes_back_can_test_the_server_first(page):
 # What is asked.
 
 
+def fields_of(page, what):
+    return schema.fields_of(page.session.calls[what].run).model_fields
+
+
 def plain(field):
     """Is the type of a field one of these, or None beside it."""
     return set(kinds_of(field)) <= {str, int, float, bool, type(None)}
@@ -280,13 +283,25 @@ def check(status, answer, asked):
     assert status == 200 or "\n" not in json.loads(answer)["error"], asked
 
 
-def test_every_request_of_the_server_has_a_schema(page):
-    assert set(schema.REQUESTS) == {*page.session.calls, "drop"}
+def limited(kind):
+    """Has every text and number in this type a limit?"""
+    if kind in (bool, type(None)) or typing.get_origin(kind) in (typing.Annotated, typing.Literal):
+        return True
+    if typing.get_origin(kind):
+        return all(one is ... or limited(one) for one in typing.get_args(kind))
+    return issubclass(kind, schema.Given)
+
+
+@pytest.mark.parametrize("what", session.CALLS)
+def test_every_argument_of_a_request_has_a_limit(page, what):
+    """Of the limits that pydantic keeps beside a type."""
+    for name, one in fields_of(page, what).items():
+        assert one.metadata or limited(one.annotation), name
 
 
 @pytest.mark.parametrize("what", CALLED)
 def test_a_field_of_the_wrong_type_is_named(page, what):
-    fields, query = schema.REQUESTS[what].model_fields, what in QUERIES
+    fields, query = fields_of(page, what), what in QUERIES
     required = {
         name: 0 if name in ("place", "number", "channel") else "x"
         for name, one in fields.items()

@@ -345,7 +345,7 @@ def test_a_held_effect_stays_and_the_others_are_fitted_around_it(folder, opened)
 def test_a_held_out_recording_judges_each_step(folder, opened):
     one, two = (simulated(folder, RAMP, seed=seed, name=f"{seed}.csv") for seed in (21, 22))
     bench = opened(one)
-    assert bench.drop("two.csv", two.read_bytes(), **{"as": "held-out"})[0] == 200
+    assert bench.drop("two.csv", two.read_bytes(), purpose="held-out")[0] == 200
     steps = told("improve", one, "-m", model_file(folder, bench.saved()), "--held-out", two)[
         "steps"
     ]
@@ -360,14 +360,14 @@ def test_a_held_out_recording_judges_each_step(folder, opened):
     again = opened(one)
     assert again.ask("held_out")["error"] == close(bench.ask("held_out")["error"], 1e-9)
     wrong = noise(folder / "wrong.csv", "time_s,temp_degC")
-    status, answer = again.drop("wrong.csv", wrong.read_bytes(), **{"as": "held-out"})
+    status, answer = again.drop("wrong.csv", wrong.read_bytes(), purpose="held-out")
     assert (status, "gyro_z_dps" in answer["error"]) == (400, True), answer
     assert again.ask("all")["held_out"].endswith("two.csv")
     again.done("let_go")
     assert again.ask("all")["held_out"] is None
     assert opened(one).ask("all")["held_out"] is None  # nor in the session
     fast = noise(folder / "fast.csv", "time_s,gyro_z_dps", step=0.005)
-    again.drop("fast.csv", fast.read_bytes(), **{"as": "held-out"})
+    again.drop("fast.csv", fast.read_bytes(), purpose="held-out")
     status, answer = again.tried("held_out")
     assert (status, "200 Hz" in answer["error"]) == (400, True), answer
 

@@ -450,7 +450,7 @@ def test_a_recording_is_held_out_and_one_without_the_column_is_named(folder, ope
 def test_a_model_that_fails_on_the_held_out_recording_is_not_green(folder, opened, tabs):
     bench = opened(noise(folder / "one.csv", "time_s,gyro_z_dps"))
     two = noise(folder / "two.csv", "time_s,gyro_z_dps", seed=4)
-    bench.drop("two.csv", two.read_bytes(), **{"as": "held-out"})
+    bench.drop("two.csv", two.read_bytes(), purpose="held-out")
     page = tabs.open(bench)
     expect(page.locator("#head")).to_have_class("head settled")
     altered(page, re.compile("/api/held_out"), lambda route, found: {**found, "fails": True})

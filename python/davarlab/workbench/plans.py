@@ -6,10 +6,12 @@ import os
 import shlex
 import zipfile
 from dataclasses import replace
+from typing import Unpack
 
 from .. import places
 from ..errors import BadInput
 from ..report.values import Json
+from .schema import Plan
 
 os.environ.setdefault("DAVAR_PLAN", str(places.shared("build/tools/tools/plan/davar-plan")))
 
@@ -67,14 +69,14 @@ def planner() -> Json:
     }
 
 
-def _read(options: dict[str, str]) -> tuple[wishes.Wishes, str]:
-    """(the wishes, the command line that states them). options: names as in schema.Plan."""
+def _read(options: Plan) -> tuple[wishes.Wishes, str]:
+    """(the wishes, the command line that states them)."""
     if why := missing():
         raise BadInput(why)
     words = [
         word
         for name, value in options.items()
-        for word in (f"--{name.replace('_', '-')}", value)
+        for word in (f"--{name.replace('_', '-')}", str(value))
         if value
     ]
     words += ["-o", FOLDER]
@@ -119,7 +121,7 @@ def _relaxed(why: choice.Impossible) -> list[dict[str, str]]:
     )
 
 
-def plan(**options: str) -> Json:
+def plan(**options: Unpack[Plan]) -> Json:
     """The plan for these options in words and figures, or why there is none and what would
     help; and what it costs on every core."""
     stated, command = _read(options)
@@ -149,7 +151,7 @@ def plan(**options: str) -> Json:
     }
 
 
-def setup(**options: str) -> bytes:
+def setup(**options: Unpack[Plan]) -> bytes:
     """The files that the command line writes, in a zip archive."""
     stated, command = _read(options)
     try:

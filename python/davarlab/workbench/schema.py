@@ -1,8 +1,10 @@
 """What may come in from outside: the requests of the page and the session file, each a model that
-is checked in one place."""
+is checked in one place. A request is what the function that answers it says of its parameters."""
 
-from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from collections.abc import Callable, Mapping
+from functools import cache
+from inspect import signature
+from typing import Annotated, Any, Literal, TypedDict, get_args, get_type_hints
 
 from pydantic import (
     AfterValidator,
@@ -12,6 +14,7 @@ from pydantic import (
     Field,
     TypeAdapter,
     ValidationError,
+    create_model,
 )
 
 from ..errors import BadInput
@@ -34,6 +37,9 @@ MARKUP = "<>&%{}"
 Words = Annotated[
     str, Field(max_length=4096, pattern=rf"^[^{MARKUP}\x00-\x1f\x7f]*$")
 ]  # of a step, which a page shows: no markup
+Code = Annotated[str, Field(max_length=1 << 16), AfterValidator(without_nul)]
+LongText = Annotated[str, Field(max_length=1 << 20)]
+Names = Annotated[list[Text], Field(min_length=1, max_length=10_000)]
 Stretch = tuple[Number, Number]
 Values = Annotated[
     dict[Text, Number | Text], Field(max_length=100)
@@ -48,32 +54,6 @@ class Given(BaseModel):
     place of a number."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
-
-
-class Nothing(Given):
-    pass
-
-
-class Open(Given):
-    path: FilePath
-    model: FilePath | None = None
-    sensor: Text | None = None
-
-
-class Tutorial(Given):
-    exercise: Text | None = None
-
-
-class Sensor(Given):
-    name: Text
-
-
-class Names(Given):
-    names: Annotated[list[Text], Field(min_length=1, max_length=10_000)]
-
-
-class Skip(Given):
-    lines: Place
 
 
 class Column(Given):
@@ -96,207 +76,53 @@ class Confirmed(Column):
     sure: bool = False
 
 
-class Read(Given):
-    columns: list[Confirmed]
-    rate_hz: Positive | None = None
-    as_recorded: bool = False
-
-
-class SelectionRequest(Given):
-    column: Text | None = None
-    alone: tuple[()] | Stretch = ()
-    cut: list[Stretch] = []
-
-
-class OfStep(Given):
-    number: Place | None = None
-
-
-class Shown(Given):
-    """What is done to the step that a page shows: `state` names it."""
-
-    state: Text
-
-
-class OfPlace(Shown):
-    """What stands at a place of it, and of what kind that is."""
-
-    place: Place
-    kind: Text
-
-
-class Join(OfPlace):
-    """A candidate, perhaps with another one that joins with it."""
-
-    also: Place | None = None
-    also_kind: Text = ""
-
-
-class Line(Shown):
-    f_hz: Number
-    wide: bool = False
-
-
-class Set(OfPlace):
-    parameters: Values
-
-
-class Refit(Shown):
-    held: list[Place] = []
-
-
-class Go(Shown):
-    number: Place
-
-
-class Listen(Given):
-    source: Text
-
-
-class Freeze(Given):
-    channel: Place
-
-
-class Kalibr(Given):
-    text: Annotated[str, Field(max_length=1 << 20)]
-
-
-class Axis(Given):
-    column: Text
-    sensor: Text | None = None
-
-
-class SensorAxes(Given):
-    sensor: Text
-
-
-class Against(Given):
-    column: Text
-    lag_s: Number = 0.0
-
-
-class Preview(OfPlace):
-    name: Text
-    value: Number
-
-
-class Report(OfStep):
-    state: Text | None = None
-
-
-class Save(Report):
-    what: Literal["toml", "h", "plan", "kalibr", "px4", "ardupilot", "ros"]
-
-
-class StretchRequest(Given):
-    start_s: Number
-    stop_s: Number
-    every: bool = False
-
-
-class Spectrogram(Given):
-    column: Text = "time_s"
-
-
-class OwnStart(Given):
-    column: Text | None = None
-    kind: Text | None = None
-
-
-class OwnCheck(Given):
-    text: Annotated[str, Field(max_length=1 << 16), AfterValidator(without_nul)]
-
-
-class OwnAdd(Shown, OwnCheck):
-    pass
-
-
-class Sheet(Given):
+class Sheet(TypedDict, total=False):
     """Sizes of a data sheet, in the units of a model file."""
 
-    angle_random_walk: Number = 0.0
-    bias_instability: Number = 0.0
-    rate_random_walk: Number = 0.0
+    angle_random_walk: Number
+    bias_instability: Number
+    rate_random_walk: Number
 
 
-class Plan(Given):
+class Plan(TypedDict, total=False):
     """Options of tools/davar-plan, which checks their values."""
 
-    sensor: Text | None = None
-    rate: Text | None = None
-    axes: Text | None = None
-    type: Text | None = None
-    lsb: Text | None = None
-    full_scale: Text | None = None
-    bandwidth: Text | None = None
-    noise: Text | None = None
-    core: Text | None = None
-    respond: Text | None = None
-    arw_percent: Text | None = None
-    longest_tau: Text | None = None
-    false_alarms_per_hour: Text | None = None
-    ram: Text | None = None
-    flash: Text | None = None
-    clock: Text | None = None
+    sensor: Text
+    rate: Text
+    axes: Text
+    type: Text
+    lsb: Text
+    full_scale: Text
+    bandwidth: Text
+    noise: Text
+    core: Text
+    respond: Text
+    arw_percent: Text
+    longest_tau: Text
+    false_alarms_per_hour: Text
+    ram: Text
+    flash: Text
+    clock: Text
 
 
-class Drop(Given):
-    """Beside the file that is dropped."""
-
-    model_config = ConfigDict(populate_by_name=True)
-    name: Annotated[str, Field(max_length=4096)]
-    purpose: Annotated[Literal["recording", "held-out"], Field(alias="as")] = "recording"
+def fields_of(call: Callable[..., Any]) -> type[Given]:
+    """The model of a request: the parameters of the function that answers it; `**options` are those
+    of their TypedDict."""
+    return _fields_of(getattr(call, "__func__", call))
 
 
-REQUESTS: dict[str, type[Given]] = {
-    "open": Open,
-    "tutorial": Tutorial,
-    "sensor": Sensor,
-    "names": Names,
-    "skip": Skip,
-    "read": Read,
-    "selection": SelectionRequest,
-    "add": Join,
-    "line": Line,
-    "set": Set,
-    "refit": Refit,
-    "remove": OfPlace,
-    "restore": OfPlace,
-    "go": Go,
-    "let_go": Nothing,
-    "listen": Listen,
-    "stop_listening": Nothing,
-    "freeze": Freeze,
-    "kalibr": Kalibr,
-    "close": Nothing,
-    "own": OwnStart,
-    "check_own": OwnCheck,
-    "add_own": OwnAdd,
-    "step": OfStep,
-    "candidates": OfStep,
-    "axis": Axis,
-    "sensors": Nothing,
-    "sensor_axes": SensorAxes,
-    "candidate_preview": Join,
-    "against": Against,
-    "moves": Nothing,
-    "preview": Preview,
-    "held_out": OfStep,
-    "report": Report,
-    "curve": Report,
-    "archive": Report,
-    "all": Nothing,
-    "live": Nothing,
-    "save": Save,
-    "stretch": StretchRequest,
-    "spectrogram": Spectrogram,
-    "axes": Nothing,
-    "sheet": Sheet,
-    "planner": Nothing,
-    "plan": Plan,
-    "setup": Plan,
-    "drop": Drop,
-}
+@cache
+def _fields_of(function: Callable[..., Any]) -> type[Given]:
+    hints = get_type_hints(function, include_extras=True)
+    fields: dict[str, Any] = {}
+    for name, one in signature(function).parameters.items():
+        if one.kind is one.VAR_KEYWORD:
+            (options,) = get_args(hints[name])
+            options = get_type_hints(options, include_extras=True)
+            fields |= {option: (kind, None) for option, kind in options.items()}
+        elif name != "self":
+            fields[name] = hints[name], ... if one.default is one.empty else one.default
+    return create_model(function.__name__, __base__=Given, **fields)
 
 
 class KeptStep(Given):
@@ -356,19 +182,23 @@ def said(why: ValidationError) -> str:
 
 
 def request(
-    what: str, text: bytes | None = None, query: Mapping[str, str] | None = None
+    what: str,
+    call: Callable[..., Any],
+    text: bytes | None = None,
+    query: Mapping[str, str] | None = None,
 ) -> dict[str, Any]:
-    """The fields of a request, those that were given: of a JSON object, or of the query of an
+    """The arguments of a call, those that were given: in a JSON object, or in the query of an
     address. Raises BadInput that names the field."""
+    fields = fields_of(call)
     try:
         found = (
-            REQUESTS[what].model_validate_strings(query or {})
+            fields.model_validate_strings(query or {})
             if text is None
-            else REQUESTS[what].model_validate_json(text)
+            else fields.model_validate_json(text)
         )
     except ValidationError as why:
         raise BadInput(f"{what}: {said(why)}") from None
-    return found.model_dump(exclude_unset=True)
+    return {name: getattr(found, name) for name in found.model_fields_set}
 
 
 def session(data: bytes) -> SessionFile:

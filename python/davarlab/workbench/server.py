@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import uvicorn
 from starlette.applications import Starlette
@@ -190,11 +190,17 @@ class Server:
                 break
         return bytes(text) if size <= LARGEST_REQUEST else None
 
+    def taker(
+        self, name: schema.Text, purpose: Literal["recording", "held-out"] = "recording"
+    ) -> Callable[[str], values.Json]:
+        """What is done with a file that was dropped on the page under this name."""
+        return self.session.hold.hold_out if purpose == "held-out" else self.session.intake.open
+
     async def drop(self, request: Request) -> Response:
         """A file that was dropped on the page, as it comes."""
         try:
-            given = schema.request("drop", query=self.query(request))
-            name = given["name"]
+            given = schema.request("drop", self.taker, query=self.query(request))
+            name, taken = given["name"], self.taker(**given)
             with self.session.arrivals.receive(name) as dropped:
                 size = 0
                 async for block in request.stream():
@@ -209,8 +215,6 @@ class Server:
             return JSONResponse({"error": self.said(why)}, 400)
         except ClientDisconnect:
             return JSONResponse({"error": "the dropped file arrived incomplete"}, 400)
-        held_out = given.get("purpose") == "held-out"
-        taken = self.session.hold.hold_out if held_out else self.session.intake.open
         return await self.computed(Call(ACTION, partial(taken, str(dropped.path))), "drop", {})
 
     async def answer(
@@ -221,7 +225,7 @@ class Server:
         query: Mapping[str, str] | None = None,
     ) -> Response:
         """Runs a call of the session, of one of these kinds, on what was given with the request, in
-        JSON or in the query, once it is what schema.py says."""
+        JSON or in the query, once it is what the signature of the call says."""
         what = request.path_params["what"]
         if not self.allowed(request):
             return PlainTextResponse("no token", 403)
@@ -231,7 +235,7 @@ class Server:
         if call.kind == CODE and not self.runs_code(request):
             return JSONResponse({"error": NO_CODE}, 403)
         try:
-            given = schema.request(what, text, query)
+            given = schema.request(what, call.run, text, query)
         except BadInput as why:
             return JSONResponse({"error": str(why)}, 400)
         return await self.computed(call, what, given)

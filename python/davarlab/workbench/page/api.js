@@ -56,9 +56,9 @@ export async function act(what, given = {}) {
     );
 }
 
-export async function drop(file, as = "recording") {
+export async function drop(file, purpose = "recording") {
     return answered(
-        await fetched(`/api/drop?${new URLSearchParams({ name: file.name, as })}`, {
+        await fetched(`/api/drop?${new URLSearchParams({ name: file.name, purpose })}`, {
             method: "POST",
             headers,
             body: file,

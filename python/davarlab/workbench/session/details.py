@@ -4,6 +4,7 @@ import glob
 import io
 import zipfile
 from pathlib import Path
+from typing import Literal
 
 from ... import kalibr
 from ... import model as models
@@ -14,10 +15,12 @@ from ...model import is_accel
 from ...report import declared, export, parameters, verdict
 from ...report.values import Json
 from .. import typed, views
+from ..schema import LongText, Number, Place, Text
 from ..steps import Step
 from .standing import Standing
 from .stepping import Stepping
 
+Output = Literal["toml", "h", "plan", "kalibr", "px4", "ardupilot", "ros"]
 WINDOW = 6000  # samples of the device's window, as davarlab export has it
 
 
@@ -28,7 +31,7 @@ class Details:
     def __init__(self, session: Standing, stepping: Stepping) -> None:
         self.session, self.stepping = session, stepping
 
-    def against(self, column: str, lag_s: float = 0.0) -> Json:
+    def against(self, column: Text, lag_s: Number = 0.0) -> Json:
         """What the model's courses leave of the gyro, beside another column."""
         step = self.stepping.here()
         if column not in self.session.open_dataset.recording.columns:
@@ -46,7 +49,7 @@ class Details:
         """What bias and noise move with, of every logged column."""
         return {"moves": views.moves(self.session.open_dataset, self.stepping.here().text)}
 
-    def report(self, number: int | None = None, state: str | None = None) -> bytes:
+    def report(self, number: Place | None = None, state: Text | None = None) -> bytes:
         """The still page of a step: that of `davarlab compare --report`, with the steps to it and
         the other effects that were tried."""
         step, dataset = self.stepping.shown(number, state), self.session.open_dataset
@@ -64,7 +67,7 @@ class Details:
             progress,
         )
 
-    def curve(self, number: int | None = None, state: str | None = None) -> bytes:
+    def curve(self, number: Place | None = None, state: Text | None = None) -> bytes:
         """The Allan curve of a step as CSV: measured, model, its 95 % band, and each effect."""
         step = self.stepping.shown(number, state)
         found = self.stepping.step(step.number)["deviation"]
@@ -76,7 +79,7 @@ class Details:
         rows = [",".join(f"{value:.9g}" for value in row) for row in zip(*columns.values())]
         return "\n".join([",".join(columns), *rows, ""]).encode()
 
-    def archive(self, number: int | None = None, state: str | None = None) -> bytes:
+    def archive(self, number: Place | None = None, state: Text | None = None) -> bytes:
         """Session, recording and own effects as a zip archive: unpacked, `davarlab open` goes on
         where this session is."""
         self.stepping.shown(number, state)
@@ -101,7 +104,7 @@ class Details:
             "held_out": held and held[0],
         }
 
-    def save(self, what: str, number: int | None = None, state: str | None = None) -> bytes:
+    def save(self, what: Output, number: Place | None = None, state: Text | None = None) -> bytes:
         """The model to take home: toml, the table for the device (h), its filter (plan), or the
         parameters of another program."""
         step, dataset = self.stepping.shown(number, state), self.session.open_dataset
@@ -119,7 +122,7 @@ class Details:
             return export.text(export.table_of(model, WINDOW, 0.02), "model.h").encode()
         return parameters.text(what, [(typed.MODEL_NAME, model)]).encode()
 
-    def kalibr(self, text: str) -> Json:
+    def kalibr(self, text: LongText) -> Json:
         """The numbers of a kalibr file, as a data sheet's."""
         accel = self.session.dataset and is_accel(self.session.dataset.selection.column)
         kinds = kalibr.ACCEL_KINDS if accel else kalibr.KINDS

@@ -8,6 +8,7 @@ from ...errors import BadInput
 from ...model import Model
 from ...report import verdict
 from ...report.values import Json
+from ..schema import Place
 from ..steps import Steps
 from .standing import Standing, as_named
 from .stepping import Stepping
@@ -47,7 +48,7 @@ class HoldOut:
         self.session.held, self.session.not_held = None, ""
         return self.session.changed()
 
-    def held_out(self, number: int | None = None) -> Json:
+    def held_out(self, number: Place | None = None) -> Json:
         """The error of a step on the recording that is held out, and its floor; None without
         one. fails: the model does not fit it."""
         step = self.stepping.here(number)

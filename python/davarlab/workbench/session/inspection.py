@@ -1,11 +1,14 @@
 """What a page may ask of the open recording alone: it needs no fit, and waits for none."""
 
+from typing import Unpack
+
 from ... import model as models
 from ...effects import table
 from ...errors import BadInput
 from ...report.values import Json
 from .. import views
 from ..dataset import Dataset
+from ..schema import Number, Sheet, Text
 from .standing import Standing
 
 
@@ -15,7 +18,7 @@ class Inspection:
     def __init__(self, session: Standing) -> None:
         self.session = session
 
-    def stretch(self, start_s: float, stop_s: float, every: bool = False) -> Json:
+    def stretch(self, start_s: Number, stop_s: Number, every: bool = False) -> Json:
         start, stop, dataset = start_s, stop_s, self.there()
         span = dataset.recording.samples / dataset.recording.rate_hz
         if not 0 <= start < stop <= span * 1.001 or (stop - start) * dataset.recording.rate_hz < 16:
@@ -26,7 +29,7 @@ class Inspection:
         """The dataset, for what needs no fit: it may be cleared meanwhile."""
         return self.session.open_dataset
 
-    def spectrogram(self, column: str = "time_s") -> Json:
+    def spectrogram(self, column: Text = "time_s") -> Json:
         """The spectrum over the time, or over the value of a column."""
         dataset = self.there()
         if column not in dataset.recording.columns and column != "time_s":
@@ -41,7 +44,7 @@ class Inspection:
         there = held if held and column in held.columns else None
         return {"axes": found, "held": there and views.measured(there, column)}
 
-    def sheet(self, **given: float) -> Json:
+    def sheet(self, **given: Unpack[Sheet]) -> Json:
         """A data sheet's numbers as a curve: kind = size, in the units of a model file."""
         dataset = self.there()
         if not given:

@@ -3,7 +3,6 @@ it is a recording."""
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from ... import axes
 from ... import model as models
@@ -13,7 +12,8 @@ from ...errors import BadInput
 from ...report.values import Json
 from ...tables import dialect
 from .. import dataset as datasets
-from ..steps import Selection, Steps, Stretch
+from ..schema import Confirmed, FilePath, Names, Place, Positive, Stretch, Text
+from ..steps import Selection, Steps
 from .hold_out import HoldOut
 from .own import Own
 from .standing import Standing, Waiting, as_named, named
@@ -28,11 +28,11 @@ class Intake:
 
     def open(
         self,
-        path: str,
-        model: str | None = None,
-        sensor: str | None = None,
-        names: list[str] | None = None,
-        skip: int = 0,
+        path: FilePath,
+        model: FilePath | None = None,
+        sensor: Text | None = None,
+        names: Names | None = None,
+        skip: Place = 0,
     ) -> Json:
         """A recording by its path. Which sensor is meant, and columns that are not called as
         davarlab calls them, are asked about first."""
@@ -91,12 +91,12 @@ class Intake:
             raise BadInput("no log waits to be read")
         return self.session.log
 
-    def sensor(self, name: str) -> Json:
+    def sensor(self, name: Text) -> Json:
         """One of the sensors of the log that waits."""
         waiting = self.waits()
         return self.open(str(waiting.path), waiting.model, name)
 
-    def names(self, names: list[str]) -> Json:
+    def names(self, names: Names) -> Json:
         """Names for the columns that the page shows of a text without names, "" for none."""
         waiting = self.waits()
         shown = [one.name for one in waiting.guesses]
@@ -107,7 +107,7 @@ class Intake:
             whole[int(called.partition("_")[2]) - 1] = name.strip() or called
         return self.open(str(waiting.path), waiting.model, waiting.sensor, whole, waiting.skip)
 
-    def skip(self, lines: int) -> Json:
+    def skip(self, lines: Place) -> Json:
         """The text that waits, without its first lines."""
         waiting = self.waits()
         return self.open(str(waiting.path), waiting.model, waiting.sensor, skip=lines)
@@ -190,9 +190,9 @@ class Intake:
 
     def selection(
         self,
-        column: str | None = None,
+        column: Text | None = None,
         alone: tuple[()] | Stretch = (),
-        cut: Sequence[Stretch] = (),
+        cut: tuple[Stretch, ...] = (),
     ) -> Json:
         """Another selection of the same recording: a gyro column, a stretch alone, all but what was
         cut out; each has steps of its own."""
@@ -220,22 +220,21 @@ class Intake:
         return self.session.changed()
 
     def read(
-        self, columns: list[dict[str, Any]], rate_hz: float | None = None, as_recorded: bool = False
+        self, columns: list[Confirmed], rate_hz: Positive | None = None, as_recorded: bool = False
     ) -> Json:
-        """The log as its columns were named by whoever looked at them: dicts of guess.Guess;
-        as_recorded: what was doubted is right."""
+        """The log as its columns were named by whoever looked at them; as_recorded: what was
+        doubted is right."""
         waiting = self.waits()
         path, guesses = waiting.path, waiting.guesses
-        if [one["name"] for one in columns] != [one.name for one in guesses]:
+        if [one.name for one in columns] != [one.name for one in guesses]:
             raise BadInput(
                 f"{path}: each of its {len(guesses)} columns must be named, in their order"
             )
         for one, was in zip(columns, guesses):
-            confirmed = one.pop("sure", False)
-            one["doubt"] = was.doubt if one["unit"] == was.unit and not confirmed else ""
+            one.doubt = was.doubt if one.unit == was.unit and not one.sure else ""
         steps = Steps.beside(path, waiting.sensor)
         steps.log = {
-            "columns": columns,
+            "columns": [one.model_dump(exclude={"sure"}) for one in columns],
             "rate_hz": rate_hz,
             "sensor": waiting.sensor,
             "as_recorded": as_recorded,
@@ -244,11 +243,11 @@ class Intake:
         }
         return self.begin(path, steps, as_named(path, steps), waiting.model)
 
-    def tutorial(self, exercise: str | None = None) -> Json:
+    def tutorial(self, exercise: Text | None = None) -> Json:
         """The bundled sensor, opened like any recording."""
         return self.open(str(self.session.arrivals.simulated(exercise, self.session.progress)))
 
-    def freeze(self, channel: int) -> Json:
+    def freeze(self, channel: Place) -> Json:
         """The raw samples of a channel that have come so far, opened as a recording; more may come
         meanwhile."""
         return self.open(str(self.session.listener.freeze(channel)))

@@ -20,6 +20,7 @@ from ...effects.base import Effect, Values, needed
 from ...errors import BadInput
 from ...report.values import Json
 from .. import dataset as datasets
+from ..schema import Code, Text
 from ..steps import ENDING
 from .standing import Standing
 from .stepping import Stepping
@@ -107,7 +108,7 @@ class Own:
                 with contextlib.suppress(BadInput, UnicodeDecodeError):
                     mine[kind] = table.find(kind), file, own.text_of(file).decode()
 
-    def start(self, column: str | None = None, kind: str | None = None) -> Json:
+    def start(self, column: Text | None = None, kind: Text | None = None) -> Json:
         """What the editor begins with: a template for a column of the recording; `kind`: the code
         of this effect, under a new kind, because steps that have it keep theirs."""
         dataset = self.session.open_dataset
@@ -151,7 +152,7 @@ class Own:
         except BadInput as why:
             raise BadInput(str(why).removeprefix("--effects: the editor: ")) from None
 
-    def check(self, text: str) -> Json:
+    def check(self, text: Code) -> Json:
         """The live check: compiles, defines an effect, returns what it must on this recording."""
         try:
             effect, found = self.checked(text)
@@ -162,7 +163,7 @@ class Own:
     def file(self, kind: str) -> str:
         return f"{self.session.open_steps.recording}.{kind}.py"
 
-    def add(self, text: str, state: str) -> Json:
+    def add(self, text: Code, state: Text) -> Json:
         """The effect joins the table and the model. Its file is written beside the session."""
         step = self.stepping.current(state)
         effect, _ = self.checked(text)

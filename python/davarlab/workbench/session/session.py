@@ -10,6 +10,7 @@ from typing import Any
 from ...model import unit_said
 from ...report.values import Json
 from .. import arrivals, plans, typed
+from ..schema import Text
 from . import welcome
 from .details import Details
 from .hold_out import HoldOut
@@ -173,7 +174,7 @@ class Session(Standing):
         self.own.go("")
         return self.changed()
 
-    def listen(self, source: str) -> Json:
+    def listen(self, source: Text) -> Json:
         """Shows and records what a sensor sends, from a source of `davarlab live`."""
         self.listener.listen(source)
         return self.changed()

@@ -14,6 +14,7 @@ from ...report import words
 from ...report.values import Json
 from .. import schema, views
 from ..dataset import Dataset, Outcome
+from ..schema import Number, Place, Text, Values
 from ..steps import Step, Steps, fit_of
 from .standing import Stale, Standing, Wish
 
@@ -110,7 +111,7 @@ class Stepping:
         dataset = self.session.open_dataset
         return dataset.outcome_of(dataset.text(model), True, self.session.progress)
 
-    def step(self, number: int | None = None) -> Json:
+    def step(self, number: Place | None = None) -> Json:
         """A step as the page draws it."""
         step = self.here(number)
         outcome = self.outcome(step)
@@ -123,7 +124,7 @@ class Stepping:
             **views.model(outcome, self.session.open_dataset.recording, step.parent is None),
         }
 
-    def candidates(self, number: int | None = None) -> Json:
+    def candidates(self, number: Place | None = None) -> Json:
         """The ranking beside a step, or beside the fit that its values by hand came from; given up,
         and said so, when somebody does something or holds a slider."""
         step = self.here(number)
@@ -180,7 +181,7 @@ class Stepping:
             raise Superseded
 
     def candidate_preview(
-        self, place: int, kind: str, state: str, also: int | None = None, also_kind: str = ""
+        self, place: Place, kind: Text, state: Text, also: Place | None = None, also_kind: Text = ""
     ) -> Json:
         """The curve and the error with a candidate, or with two, before they are added; given up as
         the ranking is, and when the page shows an older step, but not for Add, which takes the
@@ -200,7 +201,7 @@ class Stepping:
             "floor": judgement.floor,
         }
 
-    def preview(self, place: int, kind: str, name: str, value: float, state: str) -> Json:
+    def preview(self, place: Place, kind: Text, name: Text, value: Number, state: Text) -> Json:
         """The curve with one value moved, while a slider is held."""
         step = self.current(state)
         model = self.moved(step, place, kind, {name: value})
@@ -234,13 +235,13 @@ class Stepping:
         )
 
     def add(
-        self, place: int, kind: str, state: str, also: int | None = None, also_kind: str = ""
+        self, place: Place, kind: Text, state: Text, also: Place | None = None, also_kind: Text = ""
     ) -> Json:
         """A candidate joins the model, or two do at once."""
         step = self.current(state)
         return self.join(step, self.wanted(step, place, kind, also, also_kind))
 
-    def line(self, f_hz: float, state: str, wide: bool = False) -> Json:
+    def line(self, f_hz: Number, state: Text, wide: bool = False) -> Json:
         """A line where somebody saw a peak; the fit moves a sharp one by less than one over the
         record's length."""
         step = self.current(state)
@@ -254,7 +255,7 @@ class Stepping:
         title = "".join(one for one in title if one not in schema.MARKUP)
         return self.grow(f"added {title}", found, off=step.off)
 
-    def set(self, place: int, kind: str, parameters: Mapping[str, float | str], state: str) -> Json:
+    def set(self, place: Place, kind: Text, parameters: Values, state: Text) -> Json:
         """Values of an effect by hand; they are judged as they stand."""
         step = self.current(state)
         model = self.moved(step, place, kind, parameters)
@@ -278,7 +279,7 @@ class Stepping:
             raise BadInput(f"there is no effect {place}")
         return model.terms[place]
 
-    def refit(self, state: str, held: Sequence[int] = ()) -> Json:
+    def refit(self, state: Text, held: tuple[Place, ...] = ()) -> Json:
         """All values at their best, from where they stand; those of the effects at the places
         `held` stay."""
         step = self.current(state)
@@ -290,7 +291,7 @@ class Stepping:
             return self.grow(f"fitted around {names}", outcome, fitted=False, off=step.off)
         return self.grow("fitted", self.fit(models.of_text(step.text, "model")), off=step.off)
 
-    def remove(self, place: int, kind: str, state: str) -> Json:
+    def remove(self, place: Place, kind: Text, state: Text) -> Json:
         """Switches an effect off: it stays visible and can be switched on again."""
         step = self.current(state)
         model = models.of_text(step.text, "model")
@@ -304,7 +305,7 @@ class Stepping:
             off=[*step.off, {"kind": term.kind, **term.parameters}],
         )
 
-    def restore(self, place: int, kind: str, state: str) -> Json:
+    def restore(self, place: Place, kind: Text, state: Text) -> Json:
         """Switches an effect on again."""
         step = self.current(state)
         if place >= len(step.off):
@@ -317,7 +318,7 @@ class Stepping:
         off = [one for index, one in enumerate(step.off) if index != place]
         return self.grow(f"with {words.name(term.kind)} again", self.fit(model), off=off)
 
-    def go(self, number: int, state: str) -> Json:
+    def go(self, number: Place, state: Text) -> Json:
         """To another step of the tree: undo, redo, a branch."""
         self.current(state)
         self.session.open_steps.go(self.known(number))

@@ -13,6 +13,7 @@ from ...report.values import Json
 from .. import dataset as datasets
 from .. import views
 from ..dataset import Dataset
+from ..schema import Text
 from ..steps import Log, Selection, Steps, fit_of
 from .standing import Stale, Standing, as_named
 from .stepping import Stepping, Superseded
@@ -54,7 +55,7 @@ class Survey:
         found = datasets.gyros_in(self.session.open_steps.recording)
         return {"sensors": [one.name for one in found]}
 
-    def sensor_axes(self, sensor: str) -> Json:
+    def sensor_axes(self, sensor: Text) -> Json:
         """The axes of a sensor of the log."""
         try:
             return {"axes": self.read(sensor).axes}
@@ -72,7 +73,7 @@ class Survey:
             self.beside = Beside(path, sensor)
         return self.beside
 
-    def axis(self, column: str, sensor: str | None = None) -> Json:
+    def axis(self, column: Text, sensor: Text | None = None) -> Json:
         """The row of an axis at the step where its last session ended, of the open sensor in the
         dataset on which it is opened later; given up as a ranking is. sensor: another one of the
         log."""
