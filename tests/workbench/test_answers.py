@@ -286,10 +286,11 @@ def test_an_effect_is_worth_what_the_error_is_without_it(folder, opened):
     bench.done("add", place=bench.candidate("rate_ramp"))
     card = bench.ask("step")["cards"][2]
     assert card["kind"] == "rate_ramp"
-    assert card["loss"] > 20
+    without = bench.ask("without", place=2)
+    assert without["loss"] > 20
     bench.done("remove", place=2)
     step = bench.ask("step")
-    assert card["error_without"] == close(step["error"], 1e-3)
+    assert without["error"] == close(step["error"], 1e-3)
     assert [one["kind"] for one in step["off"]] == ["rate_ramp"]
     bench.done("restore", place=0)
     assert sizes(bench.ask("step"))["rate_ramp"][0] == close(card["parameters"][0]["value"], 1e-3)

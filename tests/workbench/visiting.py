@@ -97,7 +97,11 @@ class Bench:
         return answer
 
     def tried(self, what, **given):
-        given = self.shown(what, given) if what in ("candidate_preview", "preview") else given
+        given = (
+            self.shown(what, given)
+            if what in ("candidate_preview", "preview", "without")
+            else given
+        )
         status, text = self.request(f"/api/{what}?{urllib.parse.urlencode(given)}")
         return status, json.loads(text)
 

@@ -277,7 +277,7 @@ class Server:
             finally:
                 self.computing.discard(work)
 
-        if what in ("preview", "report") or call.kind in (ACTION, CODE):
+        if what in ("preview", "report", "without") or call.kind in (ACTION, CODE):
             self.waiting[work] = what, given
         return work
 

@@ -101,10 +101,9 @@ def spectrum(state: State) -> Json:
     }
 
 
-def card(outcome: Outcome, place: int, taken: tuple[float, float] | None) -> Json:
-    """One effect of the model: its parameters with interval and limits, what the likelihood loses
-    without it, and the error then, both of the fit. Where the recording permits no model, its
-    numbers are withheld."""
+def card(outcome: Outcome, place: int) -> Json:
+    """One effect of the model: its parameters with interval and limits. Where the recording
+    permits no model, its numbers are withheld."""
     term, entry = outcome.model.terms[place], outcome.estimates[place]
     units = SHOWN if in_metres(outcome.model.column) else {}
     effect = table.find(term.kind)
@@ -133,27 +132,20 @@ def card(outcome: Outcome, place: int, taken: tuple[float, float] | None) -> Jso
         if outcome.state.judgement.spoiled_by
         else rows,
         "superfluous": outcome.state.judgement.adequate and superfluous(term.kind, entry),
-        "loss": taken and taken[0],
-        "error_without": taken and taken[1],
     }
 
 
-def losses(outcome: Outcome) -> list[tuple[float, float] | None]:
-    """(what the likelihood loses, the error) without each effect; None of what cannot be left out
-    alone."""
-    found = []
-    for part in outcome.fitted.parts:
-        rest = [other for other in outcome.fitted.parts if other is not part]
-        noise = [other for other in rest if other.role == "spectrum"]
-        found.append(
-            (
-                search.loss_without(outcome.fitted, rest, part),
-                fitting.errors_of(fitting.with_parts(outcome.fitted, rest))[0],
-            )
-            if noise and part.role != "events"
-            else None
-        )
-    return found
+def without(outcome: Outcome, place: int) -> Json:
+    """What the likelihood loses without an effect of the fit, and the error then. Empty: it cannot
+    be left out alone."""
+    part = outcome.fitted.parts[place]
+    rest = [other for other in outcome.fitted.parts if other is not part]
+    if part.role == "events" or all(other.role != "spectrum" for other in rest):
+        return {}
+    return {
+        "loss": search.loss_without(outcome.fitted, rest, part),
+        "error": fitting.errors_of(fitting.with_parts(outcome.fitted, rest))[0],
+    }
 
 
 def headline(outcome: Outcome, first: bool, known: bool = True) -> Json:
@@ -176,7 +168,7 @@ def model(outcome: Outcome, recording: Recording, first: bool = True) -> Json:
         ],
         "against": verdict.against(judgement),
         "worst": judgement.largest or judgement.farthest,
-        "cards": [card(outcome, place, taken) for place, taken in enumerate(losses(outcome))],
+        "cards": [card(outcome, place) for place in range(len(outcome.estimates))],
         "deviation": deviation(outcome),
         "map": curves.failure_map(outcome.state.cells),
         "spectrum": spectrum(outcome.state),

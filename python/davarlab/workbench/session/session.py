@@ -31,6 +31,7 @@ CALLS = {
     "sensors": (QUESTION, "survey.sensors"),
     "sensor_axes": (QUESTION, "survey.sensor_axes"),
     "candidate_preview": (QUESTION, "stepping.candidate_preview"),
+    "without": (QUESTION, "stepping.without"),
     "preview": (QUESTION, "stepping.preview"),
     "held_out": (QUESTION, "hold.held_out"),
     "against": (QUESTION, "details.against"),

@@ -207,6 +207,12 @@ class Stepping:
         model = self.moved(step, place, kind, {name: value})
         return views.preview(self.session.open_dataset.given(self.best(step), model))
 
+    def without(self, place: Place, kind: Text, state: Text) -> Json:
+        """What the fit of a step loses without an effect."""
+        step = self.current(state)
+        self.of_kind(self.term(models.of_text(step.text, "model"), place), kind)
+        return views.without(self.outcome(step), place)
+
     def moved(
         self, step: Step, place: int, kind: str, parameters: Mapping[str, float | str]
     ) -> models.Model:

@@ -114,6 +114,6 @@ class Survey:
             **views.headline(outcome, step is None or step.parent is None),
             "adequate": outcome.state.judgement.adequate,
             "adequacy": outcome.state.judgement.adequacy,
-            "cards": [views.card(outcome, place, None) for place in range(len(outcome.estimates))],
+            "cards": [views.card(outcome, place) for place in range(len(outcome.estimates))],
             **views.ranking(dataset.outcome_of(fit, True, trying), dataset.recording, ranked),
         }

@@ -202,14 +202,7 @@ function more(card) {
     return element(
         "div",
         { class: "detail" },
-        element(
-            "p",
-            { class: "soft" },
-            card.physics,
-            card.loss === null || card.loss === undefined
-                ? null
-                : ` Without it, the log-likelihood falls by ${number(card.loss)}, and the error is ${number(card.error_without)}.`,
-        ),
+        element("p", { class: "soft" }, card.physics, element("span", { class: "without" })),
         ...shape,
         element(
             "div",
@@ -237,6 +230,15 @@ function more(card) {
     );
 }
 
+// What the model loses without an effect, once its values are unfolded.
+async function without(detail, { place, kind }) {
+    const { state } = now.view,
+        { loss, error } = await ask("without", { place, kind, state });
+    if (loss !== undefined)
+        detail.querySelector(".without").textContent =
+            ` Without it, the log-likelihood falls by ${number(loss)}, and the error is ${number(error)}.`;
+}
+
 const unfolded = new Set();
 
 // Folds what was unfolded for another recording.
@@ -255,13 +257,18 @@ function effect(card) {
             },
             open ? "▾" : "▸",
         );
+    const told = () => without(detail, card).catch(() => {}); // of a step that is not shown any more
     detail.hidden = !open;
+    if (open) told();
     button.onclick = () => {
         detail.hidden = !detail.hidden;
         button.textContent = detail.hidden ? "▸" : "▾";
         button.setAttribute("aria-expanded", String(!detail.hidden));
         if (detail.hidden) unfolded.delete(key(card));
-        else unfolded.add(key(card));
+        else {
+            unfolded.add(key(card));
+            told();
+        }
     };
     return element(
         "article",
