@@ -51,6 +51,7 @@ MAY_INCLUDE = {
     "tests/": "public port/include port/node tests/support",
     "tools/": "public host_sim",
     "python": "public port/include host_sim",
+    "bench/": "public",
 }
 LIB_SYSTEM_HEADERS = {
     *("assert.h", "float.h", "limits.h", "math.h", "stdatomic.h", "stdbool.h", "stddef.h"),

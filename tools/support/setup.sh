@@ -90,7 +90,7 @@ current() {
     [[ -e $stamp ]] || return 1
     [[ -z ${DAVAR_BUILT:-} ]] || return 0
     [[ -z $(cd "$root" && find CMakeLists.txt CMakePresets.json cmake lib addons port host_sim gateway python tools/plan \
-        tests/CMakeLists.txt tests/bench packaging/debian \
+        tests/CMakeLists.txt bench tests/bench packaging/debian \
         \( -type d -o -name '*.[ch]' -o -name '*.inc' -o -name 'CMake*' -o -name '*.cmake' \) \
         -not -name __pycache__ -newer "$stamp" -print -quit) ]]
 }
