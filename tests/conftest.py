@@ -46,7 +46,7 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # A test imports the packages of the checkout and the helpers of its folder. Names are unique.
 sys.dont_write_bytecode = not sys.pycache_prefix
-for folder in ["python", "tools/support", *map(str, sorted(TESTS.glob("*/")))]:
+for folder in ["python", "bench", "tools/support", *map(str, sorted(TESTS.glob("*/")))]:
     sys.path.append(str(ROOT / folder))
 os.environ["PYTHONPATH"] = os.pathsep.join(
     [str(ROOT / "python"), *filter(None, [os.environ.get("PYTHONPATH")])]

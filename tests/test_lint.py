@@ -16,7 +16,8 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 BUILD = ROOT / "build"
-WITH_C = ("lib", "addons", "port", "host_sim", "gateway", "examples", "python", "tests", "tools")
+WITH_C = ("lib", "addons", "port", "host_sim", "gateway", "examples", "python")
+WITH_C += ("tests", "tools", "bench")
 CPPCHECK = "cppcheck --quiet --error-exitcode=1 --std=c11 --inline-suppr -j2"
 CPPCHECK += " --suppressions-list=cmake/cppcheck.txt"
 INCLUDES = (*c_library.PUBLIC, "port/include", "port/node", "host_sim")
@@ -134,7 +135,7 @@ def test_mypy():
 def test_shellcheck():
     scripts = [
         path.relative_to(ROOT)
-        for path in [*(ROOT / "tools").rglob("*"), ROOT / ".ci/run"]
+        for path in [*(ROOT / "tools").rglob("*"), ROOT / ".ci/run", ROOT / "bench/run"]
         if path.is_file()
         and (path.suffix == ".sh" or path.read_bytes().startswith(b"#!/usr/bin/env bash"))
     ]

@@ -8,9 +8,10 @@ import runpy
 import subprocess
 from collections import defaultdict
 
-import bench
 import pytest
 from planner_case import ROOT
+
+import bench
 
 
 def test_davar_sim_reads_a_path_of_the_caller_and_passes_on_its_status(tmp_path):
