@@ -46,8 +46,11 @@ struct davar_python {
     /* Copies of the plan. A window has the one at its length % PLANS, so that the plan need not
      * follow the window when its length changes. */
     davar_plan_t *plans;
+    extent_t extent; /* of all admitted values */
     slide_t slide;
-    size_t slid; /* rows that it has written */
+    size_t slid;              /* rows that it has written */
+    double alike[FIELDS_MAX]; /* the cells of a row of a full window without a fit */
+    bool has_alike;
     sim_error_t error;
     union {
         int16_t q15[CHUNK];
@@ -208,8 +211,8 @@ bool davar_python_learn(davar_python_t *run, const double *values, size_t count,
 bool davar_python_start(davar_python_t *run, double rate_hz, double low, double high)
 {
     const char *const name = "x";
-    const extent_t extent = {.low = low, .high = high};
-    run->quantisation = quantise_plan(&run->options, &extent);
+    run->extent = (extent_t){.low = low, .high = high};
+    run->quantisation = quantise_plan(&run->options, &run->extent);
     const timing_t timing = {.rate_hz = rate_hz, .breaks = UINT16_MAX};
     if (!engine_start(&run->engine, &run->settings, &run->quantisation, &timing, 1U, &run->learned,
                       &run->options, &run->error) ||
@@ -485,78 +488,96 @@ size_t davar_python_flush(davar_python_t *run, double *first, size_t stride, siz
 
 /* --- a complete record in one step (slide.h) -------------------------------------------------- */
 
-/* run->result of a row of which the deviations are written. */
-static void slide_result(davar_python_t *run, const slide_t *slide, const rows_t *rows, size_t row)
+/* run->result of a row of which the deviations and the flag are written. */
+static void slide_result(davar_python_t *run, slide_t *slide, const rows_t *rows, size_t row)
 {
     davar_result_t *const result = &run->result;
     const double *adev = rows->first + run->fields.first_adev * rows->stride + row;
     result->epoch = slide_epoch(slide, row);
     result->window_samples = slide_length(slide, row);
     result->mirrored_samples = slide_mirrored(slide, row);
+    result->unstable = rows->first[FIELD_UNSTABLE * rows->stride + row] > 0.0;
     for (uint8_t t = 0; t < result->tau_count; t++, adev += rows->stride) {
-        const uint32_t m = slide->config->taus[t];
-        const uint32_t above = result->window_samples + 1U;
-        result->tau[t] = (davar_adev_t){.m = m,
-                                        .differences = (above > 2U * m) ? (above - 2U * m) : 0U,
+        result->tau[t] = (davar_adev_t){.m = slide->config->taus[t],
                                         .adev = *adev,
                                         .low = (double)NAN,
                                         .high = (double)NAN,
                                         .edf = (double)NAN};
     }
+    slide_count(slide, row, result);
 }
 
-/* Rows without a fit: they differ in the epoch, the flag of an unstable window and the deviations,
- * which are written. Copies the other cells of the row before them. */
-static void repeat_row(davar_python_t *run, slide_t *slide, const rows_t *rows, size_t first,
-                       size_t begin, size_t end)
+/* The cells that a row of a full window without a fit has in common with all others. */
+static void learn_alike(davar_python_t *run, const rows_t *rows, size_t row)
+{
+    for (size_t i = 0; i < run->fields.count; i++) {
+        run->alike[i] = rows->first[i * rows->stride + row];
+    }
+    run->has_alike = true;
+}
+
+/* Such rows differ in the epoch, the flag of an unstable window and the deviations; the last two are
+ * written. */
+static void write_alike(const davar_python_t *run, const slide_t *slide, const rows_t *rows,
+                        size_t begin, size_t end)
 {
     const fields_t *const fields = &run->fields;
-    for (size_t i = 0; i < fields->count; i++) {
+    double *const epoch = rows->first + FIELD_EPOCH * rows->stride;
+    for (size_t i = 1U; i < fields->count; i++) {
         double *const column = rows->first + i * rows->stride;
         const bool is_adev = (i - fields->first_adev) < run->engine.curve.tau_count;
-        for (size_t row = begin; (row < end) && !is_adev; row++) {
-            column[row] = column[begin - 1U];
+        for (size_t row = begin; (row < end) && !is_adev && (i != FIELD_UNSTABLE); row++) {
+            column[row] = run->alike[i];
         }
     }
-    double *const epoch = rows->first + FIELD_EPOCH * rows->stride;
-    double *const unstable = rows->first + FIELD_UNSTABLE * rows->stride;
     for (size_t row = begin; row < end; row++) {
         epoch[row] = (double)slide_epoch(slide, row);
-        slide_next(slide, first, row, &run->result);
-        unstable[row] = run->result.unstable ? 1.0 : 0.0;
     }
+}
+
+/* How many rows from this one on need no fit and have a full window, up to `end`. */
+static size_t rows_alike(const davar_python_t *run, const slide_t *slide, size_t row, size_t end)
+{
+    const size_t left = end - row;
+    if (!run->has_alike || (slide_length(slide, row) < slide->config->window.longest)) {
+        return 0U;
+    }
+    return ((run->fit_every > 0U) && (run->unfitted < left)) ? run->unfitted : left;
 }
 
 static void slide_rows(davar_python_t *run, slide_t *slide, const rows_t *rows, size_t first,
                        size_t end)
 {
+    slide_next(slide, end - first);
     for (size_t t = 0; t < run->result.tau_count; t++) {
-        slide_deviations(slide, t, first, end - first,
+        slide_deviations(slide, t,
                          rows->first + (run->fields.first_adev + t) * rows->stride + first);
     }
-    for (size_t row = first; row < end; row++) {
-        slide_result(run, slide, rows, row);
-        slide_next(slide, first, row, &run->result);
-        const bool fitted = fit_if_due(run);
-        write_row(run, fitted, rows, row);
-        if (!fitted && (run->result.window_samples == slide->config->window.longest)) {
-            const size_t after = end - (row + 1U);
-            const bool ends_before = (run->fit_every > 0U) && (run->unfitted < after);
-            const size_t alike = ends_before ? run->unfitted : after;
-            repeat_row(run, slide, rows, first, row + 1U, row + 1U + alike);
-            run->unfitted -= (run->fit_every > 0U) ? (uint32_t)alike : 0U;
-            row += alike;
+    slide_changes(slide, rows->first + FIELD_UNSTABLE * rows->stride + first);
+    for (size_t row = first; row < end;) {
+        const size_t alike = rows_alike(run, slide, row, end);
+        write_alike(run, slide, rows, row, row + alike);
+        run->unfitted -= (run->fit_every > 0U) ? (uint32_t)alike : 0U;
+        row += alike;
+        if (row < end) {
+            slide_result(run, slide, rows, row);
+            const bool fitted = fit_if_due(run);
+            write_row(run, fitted, rows, row);
+            if (!fitted && (run->result.window_samples == slide->config->window.longest)) {
+                learn_alike(run, rows, row);
+            }
+            row++;
         }
     }
 }
 
-static bool slide_begin(davar_python_t *run, const double *values, size_t count)
+static bool slide_begin(davar_python_t *run, const slide_record_t *record)
 {
     slide_t *const slide = &run->slide;
     const bool alone = (cascade_of(run) == NULL) && (run->model_count == 0U) &&
                        !run->options.floor && !run->options.details;
-    slide->is_centred = run->settings.is_centred;
-    if (!alone || !slide_open(slide, &run->engine.config, &run->quantisation, values, count)) {
+    if (!alone || !slide_open(slide, &run->engine.config, run->settings.is_centred,
+                              &run->quantisation, &run->extent, record)) {
         return false;
     }
     run->result = (davar_result_t){.tau_count = slide->config->tau_count,
@@ -567,14 +588,16 @@ static bool slide_begin(davar_python_t *run, const double *values, size_t count)
     return true;
 }
 
-size_t davar_python_slide(davar_python_t *run, const double *values, size_t count, double *first,
-                          size_t stride, size_t room)
+size_t davar_python_slide(davar_python_t *run, const double *values, size_t count,
+                          const size_t *ends, size_t runs, double *first, size_t stride,
+                          size_t room)
 {
     slide_t *const slide = &run->slide;
+    const slide_record_t record = {values, count, ends, runs};
     rows_t rows = {.stride = stride};
     rows.first = first;
     const size_t begin = run->slid;
-    if ((begin == 0U) && !slide_begin(run, values, count)) {
+    if ((begin == 0U) && !slide_begin(run, &record)) {
         slide_close(slide);
         return 0U;
     }

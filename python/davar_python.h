@@ -83,13 +83,15 @@ DAVAR_PYTHON_API size_t davar_python_push(davar_python_t *run, const double *val
 DAVAR_PYTHON_API size_t davar_python_flush(davar_python_t *run, double *first, size_t stride,
                                            size_t room);
 
-/* Writes the epochs of a complete record without a gap, instead of push and flush, several times as
- * fast, with the same bits. The table has room for `count` rows. Call it after start, again and
- * again with the same table and record, until it returns 0: each call writes the next rows, at most
- * `room`, and returns their number. 0 at the first call: the settings or the counts do not allow it
- * (slide.h), or out of memory: push instead. */
+/* Writes the epochs of a complete record, instead of gap, push and flush, several times as fast,
+ * with the same bits. ends: the ascending ends of the `runs` without a gap inside; the last is
+ * `count`. The table has room for `count` rows. Call it after start, again and again with the same
+ * table and record, until it returns 0: each call writes the next rows, at most `room`, and returns
+ * their number. 0 at the first call: the settings or the counts do not allow it (slide.h), or out of
+ * memory: push instead. */
 DAVAR_PYTHON_API size_t davar_python_slide(davar_python_t *run, const double *values, size_t count,
-                                           double *first, size_t stride, size_t room);
+                                           const size_t *ends, size_t runs, double *first,
+                                           size_t stride, size_t room);
 
 /* The nine counters of davar_health_t, in its order. */
 DAVAR_PYTHON_API void davar_python_health(const davar_python_t *run, uint32_t *counters);

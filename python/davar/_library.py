@@ -44,7 +44,10 @@ SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
         (c_void_p, c_void_p, c_size_t, c_void_p, c_size_t, c_size_t, POINTER(c_size_t)),
     ),
     "flush": (c_size_t, (c_void_p, c_void_p, c_size_t, c_size_t)),
-    "slide": (c_size_t, (c_void_p, c_void_p, c_size_t, c_void_p, c_size_t, c_size_t)),
+    "slide": (
+        c_size_t,
+        (c_void_p, c_void_p, c_size_t, c_void_p, c_size_t, c_void_p, c_size_t, c_size_t),
+    ),
     "adev": (
         c_bool,
         (c_void_p, c_size_t, c_double, c_double, c_void_p, c_size_t, c_void_p, c_size_t, c_void_p),
@@ -197,12 +200,12 @@ class Run:
             self._used += written
             done += taken.value
 
-    def slide(self, values: Floats) -> bool:
-        """Adds all epochs of a record without a gap to the waiting rows, instead of push and flush.
-        False: the settings do not allow it.
+    def slide(self, values: Floats, ends: npt.NDArray[np.uintp]) -> bool:
+        """Adds all epochs of a complete record to the waiting rows, instead of gap, push and flush.
+        ends: of the runs without a gap. False: the settings do not allow it.
         """
         at, stride, _ = self._place(len(values))
-        record = values.ctypes.data, len(values)
+        record = values.ctypes.data, len(values), ends.ctypes.data, len(ends)
         while written := self._calls.davar_python_slide(self._run, *record, at, stride, PUSHED):
             self._used += written
         return self._used > 0

@@ -201,6 +201,13 @@ class There(NamedTuple):
         """Their ends."""
         return np.array([*self.starts()[1:], self.size], np.uintp)
 
+    def offsets(self) -> list[tuple[int, int]]:
+        """Where the offset of a place from its index changes: (index, offset). The first is 0."""
+        if self.places is None:
+            return [(0, 0)]
+        starts = np.array(self.starts())
+        return list(zip(starts.tolist(), (self.places[starts] - starts).tolist()))
+
     def without(self, torn: npt.NDArray[np.bool_]) -> "There":
         """The samples that stay. Both neighbours of a torn one do."""
         if not torn.any():

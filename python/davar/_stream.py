@@ -29,6 +29,7 @@ WHOLE = (
 FLAGS = ("unstable", "alarm", "coarse", "filtered")
 SCALES = (1e-40, 1e20)  # range of rates that the library accepts
 FEW = 20  # chance withholds fewer than one result in so many; davar-sim has the same limit
+PART = 1 << 14  # rows that are converted together
 BITS = 24  # width of a count, unless bits is given
 
 
@@ -156,6 +157,18 @@ def run_of(given: dict[str, Any], rate_hz: float) -> Run:
     return run
 
 
+def column_of(name: str, values: Floats) -> Array:
+    """A column of a table, in its own memory where its entries have the same size."""
+    if name in FLAGS:
+        return np.asarray(values > 0)
+    if kind_of(name) is np.float64:
+        return values
+    whole = values.view(np.int64)
+    for first in range(0, len(values), PART):
+        whole[first : first + PART] = values[first : first + PART].astype(np.int64)
+    return whole
+
+
 class Feed:
     """A started run, the number of its samples, and the waiting rows."""
 
@@ -189,9 +202,8 @@ class Feed:
 
     def whole(self, admitted: Floats, there: There, count: int) -> None:
         """The same for a complete record, with its end."""
-        at_once = self.stride == 1 and len(there.starts()) == 1
-        if at_once and self.run.slide(admitted):
-            self.places = [(0, there.place(0))]
+        if self.stride == 1 and self.run.slide(admitted, there.ends()):
+            self.places = there.offsets()
         else:
             self.push(admitted, there, count)
             self.run.flush()
@@ -216,18 +228,12 @@ class Feed:
         """Returns and clears the waiting rows."""
         tables = self.run.rows()
         table = tables[0] if len(tables) == 1 else np.concatenate(tables, axis=1)
-        found = Epochs(
-            (name, table[i] > 0 if name in FLAGS else table[i].astype(kind_of(name), copy=False))
-            for i, name in enumerate(self.run.columns)
-        )
+        found = Epochs((name, column_of(name, table[i])) for i, name in enumerate(self.run.columns))
         found.rate_hz, found.bandwidth = self.rate_hz, self.bandwidth
         found.torn_reads = self.torn_reads
         starts, further = np.array(self.places).T
-        found["epoch"] += (
-            further[np.searchsorted(starts, found["epoch"], side="right") - 1]
-            if len(starts) > 1
-            else further[0]
-        )
+        first = np.searchsorted(found["epoch"], starts[1:])  # of the epochs from each place on
+        found["epoch"] += np.repeat(further, np.diff(first, prepend=0, append=len(found["epoch"])))
         if time_s is None:
             np.divide(found["epoch"], self.rate_hz, out=found["time_s"])
         else:

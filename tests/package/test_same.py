@@ -43,10 +43,12 @@ def printed(columns, options):
     return simulator(recording(columns), *words_of(options))
 
 
-def streamed(x, cuts=(), **options):
-    """The results of a stream that gets x in blocks."""
+def streamed(x, gaps=(), cuts=(), **options):
+    """The results of a stream that gets x in blocks, with gaps between some."""
     stream, pieces = davar.Stream(RATE_HZ, **options), []
-    for block in np.split(x, cuts):
+    for first, block in zip([0, *gaps, *cuts], np.split(x, [*gaps, *cuts])):
+        if first in gaps:
+            stream.gap()
         waiting = stream.push(block)
         pieces.append(stream.results())
         assert waiting == len(pieces[-1].epoch)
@@ -260,9 +262,9 @@ def test_a_wrong_number_of_fits_is_an_error(tmp_path):
         davar.Stream(RATE_HZ, lsb=0.01, fit_every=2, model_table=table)
 
 
-def expect_streamed(x, **options):
+def expect_streamed(x, gaps=(), **options):
     """A complete record of counts with a fixed window is computed at once; a stream never is."""
-    found, wanted = davar.dynamic(x, RATE_HZ, **options), streamed(x, **options)
+    found, wanted = davar.dynamic(x, RATE_HZ, gaps=gaps, **options), streamed(x, gaps, **options)
     assert list(found) == list(wanted)
     assert all(found[name].dtype == column.dtype for name, column in wanted.items())
     expect_equal(found, wanted)
@@ -277,8 +279,10 @@ def test_any_window_gives_the_results_of_a_stream(seed):
     count = int(draw.integers(longest, longest + 3000))
     x = draw.normal(draw.normal(0, 3000), draw.choice([0.3, 20, 4000]), count)
     x[count // 2 :] *= draw.choice([0, 1, 5])  # stuck, unchanged or louder
+    gaps = np.sort(draw.choice(np.arange(1, count), draw.choice([0, 1, 9, count // 7]), False))
     expect_streamed(
         np.rint(x).clip(-(2**15), 2**15 - 1).astype(int),
+        gaps,
         lsb=float(draw.choice([0.01, 2.0**-7, 1.0])),
         bits=int(draw.choice([16, 24])),
         law="fixed",
@@ -331,13 +335,13 @@ def with_holes():
 def test_any_blocks_give_the_results_of_one_call(x, options):
     cuts = np.sort(np.random.default_rng(7).integers(0, len(x), 60))
     whole = davar.dynamic(x, RATE_HZ, lsb=0.01, **options)
-    expect_equal(streamed(x, cuts, lsb=0.01, **options), whole)
+    expect_equal(streamed(x, cuts=cuts, lsb=0.01, **options), whole)
 
 
 def test_blocks_of_floats():
     x, cuts = noise(8), np.sort(np.random.default_rng(9).integers(0, 4000, 60))
     whole = davar.dynamic(x, RATE_HZ, arith="float", full_scale=4.0, details=True)
-    expect_equal(streamed(x, cuts, full_scale=4.0, details=True), whole)
+    expect_equal(streamed(x, cuts=cuts, full_scale=4.0, details=True), whole)
 
 
 def test_a_gap_that_is_told():

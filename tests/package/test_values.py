@@ -188,6 +188,7 @@ RECORD_WAYS = {
     "push of a fixed window": {"law": "fixed"},
     "push with a stride": {"law": "fixed", "stride": 7},
     "push around a gap": {"law": "fixed", "gaps": [4321]},
+    "slide around gaps": {"law": "fixed", "segment": 0, "gaps": [4321, 4400, 8999]},
 }
 
 

@@ -43,8 +43,5 @@ double davar_scaled_to_double(scaled_t scaled)
 
 bool davar_levels_differ(uint32_t one, uint32_t other, uint32_t samples)
 {
-    const uint32_t bits = 31U - davar_leading_zeros_32(samples | 1U);
-    const uint32_t whole = UINT32_C(1) << (24U - (bits / 2U));
-    const uint32_t limit = ((bits % 2U) == 0U) ? whole : (whole - (whole / 4U));
-    return (samples >= 64U) && ((one - other + limit) > (2U * limit));
+    return scaled_levels_differ(one, other, samples);
 }

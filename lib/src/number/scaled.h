@@ -99,6 +99,15 @@ static inline uint32_t scaled_level(scaled_t a)
 /* The levels of two sums over N samples of noise: do they differ by more than without a change once
  * in a thousand times? The limit is about 2^24 / sqrt(samples); below 64 samples it is infinite
  * (4.5). */
+static inline bool scaled_levels_differ(uint32_t one, uint32_t other, uint32_t samples)
+{
+    const uint32_t bits = 31U - davar_leading_zeros_32(samples | 1U);
+    const uint32_t whole = UINT32_C(1) << (24U - (bits / 2U));
+    const uint32_t limit = ((bits % 2U) == 0U) ? whole : (whole - (whole / 4U));
+    return (samples >= 64U) && ((one - other + limit) > (2U * limit));
+}
+
+/* The same as one function, where flash is scarce. */
 bool davar_levels_differ(uint32_t one, uint32_t other, uint32_t samples);
 
 /* The smaller number loses the bits below the last one of the larger. */
