@@ -1,5 +1,5 @@
-"""Runs every method of bench/methods on every signal, and writes a page with its plot: eight
-minutes.
+"""Runs every method of bench/methods on every signal, and writes a page with its plot. It takes
+several minutes.
 """
 
 import argparse
