@@ -807,6 +807,15 @@ class Fit:
     pivot_least: float = threshold(
         1e-5, "rows of unit norm", "choice", "pivot of a Cholesky factor that is well posed"
     )
+    exchanges: int = threshold(
+        20,
+        "exchanges",
+        "choice",
+        "of sizes that are 0 in a step, before the general method decides",
+    )
+    slope_least: float = threshold(
+        1e-10, "of the largest", "choice", "slope with which a size leaves 0, above rounding"
+    )
     reach_end: float = threshold(
         0.95, "of the reach", "choice", "from which a filter's shape is searched for further on"
     )

@@ -12,7 +12,7 @@ from davarlab.inference import changes, estimate, modulation, whittle
 from davarlab.inference.estimate import Estimate
 from davarlab.inference.parts import Bench, Part
 from davarlab.inference.whittle import Data
-from scipy import fft, stats
+from scipy import fft, optimize, stats
 
 RATE = 50.0
 WHITE = Part("angle_random_walk")
@@ -123,6 +123,21 @@ def test_what_columns_take_is_taken_off_the_degrees_of_freedom():
     assert free / plain == pytest.approx((count - 1) / (count - 1 - 2 * lines), rel=0.01)
 
 
+@pytest.mark.parametrize("count", [2, 5, 9, 15])
+def test_sizes_fit_at_least_as_well_as_by_the_general_method(count):
+    rng, f = np.random.default_rng(count), np.linspace(0.01, 1, 400)
+    for _ in range(20):
+        middle, width = rng.uniform(0, 1, (count, 1)), rng.uniform(0.01, 0.5, (count, 1))
+        shapes = 1 / (1 + ((f - middle) / width) ** 2)
+        wanted = shapes[: (count + 1) // 2].sum(axis=0) * rng.chisquare(10, len(f)) / 10
+        wanted -= 0.3 * shapes[-1]  # one of them wants to be negative
+        weight = rng.uniform(1, 5, len(f))
+        sizes = whittle.non_negative_step(shapes, wanted, weight)
+        general = optimize.nnls(shapes.T * np.sqrt(weight)[:, None], wanted * np.sqrt(weight))[1]
+        assert sizes.min() >= 0
+        assert weight @ (wanted - sizes @ shapes) ** 2 <= general**2 * (1 + 1e-9)
+
+
 def test_a_score_of_a_column_is_what_the_fit_gains():
     rng, count = np.random.default_rng(5), 8000
     x = np.cumsum(rng.standard_normal(count))
@@ -131,7 +146,7 @@ def test_a_score_of_a_column_is_what_the_fit_gains():
     level = np.full(len(data.counts), 0.035**2)
     score = whittle.score_of_column(data, [], level, "x")
     before = whittle.log_likelihood(data, data.product("gyro", "gyro"), level)
-    beta, inverse, residual, _ = whittle.generalised_least_squares(data, ["x"], level)
+    beta, inverse, residual = whittle.generalised_least_squares(data, ["x"], level)
     assert score == pytest.approx(whittle.log_likelihood(data, residual, level) - before)
     assert score == pytest.approx(0.5 * beta[0] ** 2 / inverse[0, 0])
 

@@ -272,17 +272,22 @@ def cells_of(state: State, variance: Floats | None) -> tuple[list[Cell], list[Ce
     """(cells, short cells). Decoded levels are a course, which misses short visits, or the noise
     that they are, of which few switches scatter more than the cells' degrees of freedom say:
     whichever is nearer to its floor (6.5)."""
+    view, found = nearest_view(state, variance)
+    short = cells.short_cells(view, state.record, variance)
+    return found, short + cells.row_cell(view)
+
+
+def nearest_view(state: State, variance: Floats | None) -> tuple[State, list[Cell]]:
+    """(decoded levels as a course or as noise, cells)."""
     noise = as_spectra(state.parts)
     views = [state] if noise is None else [state, with_parts(state, noise)]
-    found = [cells.cells_of(view, state.record, variance) for view in views]
-    best = min(range(len(views)), key=lambda i: judge.error_of(found[i]) / judge.floor_of(found[i]))
-    short = cells.short_cells(views[best], state.record, variance)
-    return found[best], short + cells.row_cell(views[best])
+    found = [(view, cells.cells_of(view, state.record, variance)) for view in views]
+    return min(found, key=lambda one: judge.error_of(one[1]) / judge.floor_of(one[1]))
 
 
 def errors_of(state: State) -> tuple[float, float]:
     """(error, its floor)."""
-    found = cells_of(state, relative_variance(state))[0]
+    found = nearest_view(state, relative_variance(state))[1]
     return judge.error_of(found), judge.floor_of(found)
 
 

@@ -25,7 +25,8 @@ def folded(f: Floats, rate_hz: float, cutoff_hz: float, order: int) -> Floats:
         ) ** 2
         return found
     image = np.arange(-IMAGES, IMAGES + 1) * rate_hz
-    found = sum(1 / (1 + ((f + one) / cutoff_hz) ** 4) for one in image) / float(
+    squares = (np.square((f + one) / cutoff_hz) for one in image)  # a power of 4 takes longer
+    found = sum(1 / (1 + square * square) for square in squares) / float(
         np.sum(1 / (1 + (image / cutoff_hz) ** 4))
     )
     return found

@@ -111,29 +111,35 @@ def known_level(parts: Sequence[Part], counts: Counts | None) -> Callable[[Float
 
 
 def spectrum_of(
-    parts: Sequence[Part], sizes: Iterable[float], rate_hz: float, counts: Counts | None = None
+    parts: Sequence[Part],
+    sizes: Sequence[float] | Floats,
+    rate_hz: float,
+    counts: Counts | None = None,
 ) -> Callable[[Floats], Floats]:
     """The variance of an ordinate as a function of the frequency in Hz: what Bench.rows and these
     sizes give per bin."""
     known = known_level(parts, counts) or np.zeros_like
+    # None: a model without noise is white in front of its filters.
+    noise: list[Part | None] = [part for part in parts if part.role == "spectrum"]
+    noise = [*(noise or [None]), *(part for part in parts if part.behind)]
 
     def at(f: Floats) -> Floats:
-        shapes = {
-            part.key: unit_spectrum(part, f, rate_hz, counts)
-            for part in parts
-            if part.role in ("spectrum", "filter")
-        }
-        gain = np.prod(
-            [np.ones_like(f)] + [shapes[part.key] for part in parts if part.role == "filter"],
-            axis=0,
-        )
-        rows = [
-            shapes[part.key] * (gain if part.effect.in_front else 1.0)
-            for part in parts
-            if part.role == "spectrum"
-        ]
-        rows = (rows or [rate_hz * gain]) + [np.ones_like(f) for part in parts if part.behind]
-        return sum((size * row for size, row in zip(sizes, rows) if size), known(f))
+        gain = np.ones_like(f)
+        for one in parts:
+            if one.role == "filter":
+                gain = gain * unit_spectrum(one, f, rate_hz, counts)
+        found = known(f)
+        for size, part in zip(sizes, noise):
+            if not size:
+                continue
+            if part is None:
+                found = found + size * rate_hz * gain
+            elif part.behind:
+                found = found + size
+            else:
+                row = unit_spectrum(part, f, rate_hz, counts)
+                found = found + size * (row * gain if part.effect.in_front else row)
+        return found
 
     return at
 

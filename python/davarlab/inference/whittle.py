@@ -8,9 +8,10 @@ from typing import Any, cast
 import numpy as np
 import scipy
 from scipy import linalg
+from scipy.linalg import lapack
 
 from .. import arrays
-from ..arrays import Floats, Ints
+from ..arrays import Bools, Floats, Ints
 from ..data import signals
 from ..thresholds import FIT
 
@@ -172,43 +173,52 @@ class Data:
 @dataclass
 class Sums:
     """What a fit needs of the record and of some columns: energies of the gyro, its products with
-    the columns (k rows), theirs with each other, all per bin."""
+    the columns (k rows), theirs with each other (a row per pair of `pairs`), all per bin."""
 
     energy: Floats
     cross: Floats
     gram: Floats
+    pairs: tuple[Ints, Ints]
 
-    def at(self, level: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+    def at(self, level: Floats) -> tuple[Floats, Floats, Floats]:
         """(coefficients of the columns at this level, their covariance, energy of the residual per
-        bin, leverage per bin)."""
+        bin)."""
         if not len(self.cross):
-            return np.zeros(0), np.zeros((0, 0)), self.energy, np.zeros_like(self.energy)
+            return np.zeros(0), np.zeros((0, 0)), self.energy
         weight = 1 / level
-        inverse = inverse_of(self.gram @ weight)
+        matrix = np.empty((len(self.cross), len(self.cross)))
+        matrix[self.pairs] = matrix[self.pairs[::-1]] = self.gram @ weight
+        inverse = inverse_of(matrix)
         beta = inverse @ (self.cross @ weight)
-        residual = (
-            self.energy - 2 * beta @ self.cross + np.einsum("i,ijb,j->b", beta, self.gram, beta)
-        )
-        leverage = np.einsum("ij,jib->b", inverse, self.gram) * weight
-        return beta, inverse, np.maximum(residual, 0), leverage
+        residual = self.energy - 2 * beta @ self.cross + self.form(np.outer(beta, beta))
+        return beta, inverse, np.maximum(residual, 0)
+
+    def form(self, matrix: Floats) -> Floats:
+        """The sum over both columns of a symmetric matrix times their products, per bin."""
+        rows, columns = self.pairs
+        found: Floats = (matrix[self.pairs] * np.where(rows == columns, 1, 2)) @ self.gram
+        return found
+
+    def leverage(self, inverse: Floats, level: Floats) -> Floats:
+        """Of the columns, per bin; `inverse`: their covariance at this level."""
+        return self.form(inverse) / level if len(self.cross) else np.zeros_like(level)
 
 
 def sums(data: Data, keys: Sequence[str]) -> Sums:
-    bins = len(data.counts)
+    bins, pairs = len(data.counts), np.triu_indices(len(keys))
+    gram = [data.product(keys[i], keys[j]) for i, j in zip(*pairs)]
     return Sums(
         data.product("gyro", "gyro"),
         np.array([data.product(key, "gyro") for key in keys]).reshape(len(keys), bins),
-        np.array([[data.product(a, b) for b in keys] for a in keys]).reshape(
-            len(keys), len(keys), bins
-        ),
+        np.array(gram).reshape(len(gram), bins),
+        pairs,
     )
 
 
 def generalised_least_squares(
     data: Data, keys: Sequence[str], level: Floats
-) -> tuple[Floats, Floats, Floats, Floats]:
-    """Coefficients of the columns, their covariance, the energy of the residual and the leverage
-    per bin."""
+) -> tuple[Floats, Floats, Floats]:
+    """Coefficients of the columns, their covariance, the energy of the residual per bin."""
     return sums(data, keys).at(level)
 
 
@@ -224,31 +234,60 @@ def non_negative_step(shapes: Floats, wanted: Floats, weight: Floats) -> Floats:
     norm = np.sqrt(np.einsum("ij,ij->i", design, design))
     design, wanted = design / norm[:, None], wanted * weight
     right = design @ wanted
-    factor = factored(design @ design.T)
+    matrix = design @ design.T
+    factor = factored(matrix)
     if factor is None:
         free = scipy.optimize.nnls(design.T, wanted)[0]
     else:
-        free = linalg.cho_solve((factor, False), right, check_finite=False)
-        if free.min() < 0:  # the same problem with as many rows as there are shapes
+        free = solved_by(factor, right)
+        if free.min() < 0:
+            free = supported(matrix, right, free > 0)
+        if free is None:  # the same problem with as many rows as there are shapes
             inner = linalg.solve_triangular(factor, right, trans="T", check_finite=False)
             free = scipy.optimize.nnls(factor, inner)[0]
     found: Floats = free / norm
     return found
 
 
+def supported(matrix: Floats, right: Floats, live: Bools) -> Floats | None:
+    """The solution >= 0 of normal equations, from a first guess of which unknowns are above 0:
+    those below leave, and the one that the rest asks for most joins. None where that goes in
+    circles."""
+    for _ in range(FIT.exchanges):
+        free, at = np.zeros(len(right)), np.flatnonzero(live)
+        if len(at):
+            found = solved(matrix[np.ix_(at, at)], right[at])
+            if found is None:
+                return None
+            free[at] = found
+        if free.min() < 0:
+            live = free > 0
+            continue
+        slope = np.where(live, 0.0, right - matrix @ free)
+        wanted = int(np.argmax(slope))
+        if slope[wanted] <= FIT.slope_least * np.abs(right).max():
+            return free
+        live = live.copy()
+        live[wanted] = True
+    return None
+
+
 def factored(matrix: Floats) -> Floats | None:
     """The upper triangular R of well-posed normal equations, R'R; None: they are not."""
-    try:
-        factor: Floats = linalg.cholesky(matrix, check_finite=False)
-    except linalg.LinAlgError:
-        return None
-    return factor if factor.diagonal().min() > FIT.pivot_least else None
+    factor, failed = lapack.dpotrf(matrix)
+    return factor if not failed and factor.diagonal().min(initial=1.0) > FIT.pivot_least else None
+
+
+def solved_by(factor: Floats, right: Floats) -> Floats:
+    """The solution of normal equations from their R."""
+    found: Floats = lapack.dpotrs(factor, right)[0]
+    return found
 
 
 def solved(matrix: Floats, right: Floats) -> Floats | None:
     """The solution of well-posed normal equations; None: they are not."""
     factor = factored(matrix)
-    return None if factor is None else linalg.cho_solve((factor, False), right, check_finite=False)
+    return None if factor is None else solved_by(factor, right)
 
 
 def inverse_of(matrix: Floats) -> Floats:
@@ -284,7 +323,7 @@ def score_of_column(data: Data, keys: Sequence[str], level: Floats, key: str) ->
         if keys
         else np.zeros((0, len(level)))
     )
-    beta, inverse, *_ = generalised_least_squares(data, keys, level)
+    beta, inverse, _ = generalised_least_squares(data, keys, level)
     slope, information = (
         (data.product(key, "gyro") / level).sum(),
         (data.product(key, key) / level).sum(),
@@ -315,8 +354,10 @@ def maximise(
         )
     sizes, before = cast(Floats, None), -np.inf  # there are none before the first step
     for turn in range(FIT.iterations):
-        beta, covariance, residual, leverage = known.at(level)
-        free = np.maximum(counts - leverage, 1e-3 * counts) if restricted else counts
+        beta, covariance, residual = known.at(level)
+        free = counts
+        if restricted:
+            free = np.maximum(counts - known.leverage(covariance, level), 1e-3 * counts)
         seen, weight = residual / free, counts / (2 * level**2)
         if turn < FIT.scored:
             step = non_negative_step(shapes, seen - fixed, weight)
@@ -337,7 +378,7 @@ def maximise(
         if abs(now - before) < 1e-6 * (1 + abs(now) * 1e-6):
             break
         before = now
-    beta, covariance, residual, leverage = known.at(level)
+    beta, covariance, residual = known.at(level)
     return Fit(sizes, beta, log_likelihood(data, residual, level), level, covariance)
 
 
