@@ -113,7 +113,9 @@ def pruned(state: State, given: int) -> State:
     for part in state.parts[given:-1]:
         rest = [other for other in state.parts if other is not part]
         loss = SEARCH.certain if part.role == "events" else loss_without(state, rest, part)
-        if loss < SEARCH.certain and part.role == "spectrum":
+        # a line narrower than the edge of a filter is none of its responses
+        broad = part.kind != "narrow_band" or filters.is_wide(part)
+        if loss < SEARCH.certain and part.role == "spectrum" and broad:
             rest = filters.responding(state.bench, rest)
             loss = loss_without(state, rest, part)
         if loss < CHANCE.tell_apart:
@@ -246,7 +248,9 @@ class Search:
     def take(self, candidate: Candidate) -> "Search":
         """The search with the candidate in its model."""
         given = len(without(self.state.parts[: self.given], candidate.replaces))
-        whole = retold(joined(self.state, candidate.part, candidate.replaces), given)
+        whole = joined(self.state, candidate.part, candidate.replaces)
+        if not self.draft:  # levels and a continuum have the same spectrum
+            whole = retold(whole, given)
         after = pruned(whole, given)
         known = [one.kind for one in self.alternatives]
         put_off = {one.kind for one in self.last if one.log_p > np.log(SEARCH.put_off_chance)}
