@@ -1471,6 +1471,181 @@ class Record:
     )
 
 
+@dataclass(frozen=True)
+class Guess:
+    """What the columns of a table are, by their names and numbers (tables/)."""
+
+    quiet_rad: float = threshold(
+        0.006,
+        "rad/s",
+        "choice",
+        "scatter from sample to sample, below which a rate without a unit is in rad/s: a bad "
+        "gyro has 0.3 deg/s",
+    )
+    least_steps: tuple[tuple[str, float], ...] = threshold(
+        (("ns", 1e5), ("us", 50.0), ("ms", 0.5), ("s", 0.0)),
+        "of each unit",
+        "choice",
+        "least time from sample to sample, for rates up to 10 kHz",
+    )
+    usual_hz: tuple[float, float] = threshold(
+        (4.0, 2000.0),
+        "Hz",
+        "choice",
+        "rates of logs of an IMU, by which a unit of the time is doubted",
+    )
+    rate_near: float = threshold(
+        0.1,
+        "relative",
+        "choice",
+        "of a stated rate and that of the stamps, which are then the same",
+    )
+    slowest_mti_s: float = threshold(
+        0.5,
+        "s",
+        "choice",
+        "between samples, beyond which a SampleTimeFine is that of a Movella DOT",
+    )
+    scatter: tuple[float, float] = threshold(
+        (1e-4, 0.05),
+        "of the rate",
+        "choice",
+        "from sample to sample, outside of which it alone decides the unit where there is too "
+        "little time",
+    )
+    usual_arw: tuple[float, float] = threshold(
+        (0.03, 5.0), "deg/sqrt(h)", "choice", "of MEMS gyros at rest"
+    )
+    linear: float = threshold(
+        0.5,
+        "m/s^2 or g",
+        "choice",
+        "median norm of an accelerometer, below which gravity is not in it",
+    )
+    arw_least_s: float = threshold(
+        20.0, "s", "choice", "that a record must exceed to show an angle random walk"
+    )
+    arw_taus_s: tuple[float, ...] = threshold(
+        (1.0, 2.0, 4.0), "s", "choice", "averaging times at which white noise has one level"
+    )
+    arw_agrees: float = threshold(2.0, "factor", "choice", "within which those levels are the same")
+    half_of_normal: float = threshold(
+        0.6745, "standard deviations", "normal distribution", "the median of the magnitude"
+    )
+    gravity_s: float = threshold(
+        0.25, "s", "choice", "of a mean in which gravity is followed as the sensor turns"
+    )
+    turned_rad: float = threshold(
+        1.0, "rad", "choice", "turned in all, at least, for gravity to decide the unit of the gyro"
+    )
+    gravity_agrees: float = threshold(
+        0.5,
+        "squared correlation",
+        "choice",
+        "of the turns of gravity with those of the gyro, at least",
+    )
+    slower_column: float = threshold(
+        1 / 3,
+        "of the rows of the sensor",
+        "choice",
+        "from which a column without a value is slower, or on rows of its own",
+    )
+    labelled: float = threshold(
+        0.5, "of the samples", "choice", "that have a label, at least, for it to be a column"
+    )
+    few_thousands: int = threshold(
+        3, "fields", "choice", "that look like thousands, from which it is no chance"
+    )
+
+
+@dataclass(frozen=True)
+class Shape:
+    """The shapes of effects that are tried, and where they end (effects/)."""
+
+    lags_s: tuple[float, ...] = threshold(
+        (0.0, 5.0, 10.0, 20.0, 40.0, 80.0, 160.0, 320.0, 640.0),
+        "s",
+        "choice",
+        "lags of a column that are tried",
+    )
+    lag_share: float = threshold(
+        0.25, "of the record", "choice", "the longest lag that it can show"
+    )
+    hysteresis_widths: tuple[float, ...] = threshold(
+        (0.05, 0.1, 0.2, 0.4, 0.7),
+        "of the range of the temperature",
+        "choice",
+        "widths of a hysteresis that are tried",
+    )
+    stopped: float = threshold(
+        0.01, "of its largest magnitude", "choice", "below which a speed is none"
+    )
+    clocklike: float = threshold(
+        1e-6,
+        "of its range",
+        "choice",
+        "that a column may depart from a straight line to count as a time",
+    )
+    nearly_whole: float = threshold(
+        0.05, "samples", "choice", "by which the length of an average may miss a whole number"
+    )
+    filter_images: int = threshold(
+        8,
+        "images on each side",
+        "choice",
+        "of a filter that is sampled; of order 2 they fall with the fourth power",
+    )
+    course_least: int = threshold(4, "knots", "choice", "of the frequency of a drifting line")
+    memories: tuple[float, ...] = threshold(
+        (0.0, 0.04, 0.1, 0.25, -0.04, -0.1, -0.25),
+        "of a sample",
+        "choice",
+        "of rounding noise that are tried",
+    )
+
+
+@dataclass(frozen=True)
+class Device:
+    """What the export declares for a device, and when it matters (report/)."""
+
+    sheet_percent: float = threshold(
+        10.0, "percent", "choice", "error of a cutoff without a recording, as davar-sim has it"
+    )
+    least_percent: float = threshold(
+        1.0, "percent", "choice", "of a cutoff that was fitted, at least"
+    )
+    most_percent: float = threshold(
+        50.0, "percent", "choice", "of a cutoff that is declared at all"
+    )
+    bias_most: float = threshold(
+        0.5,
+        "standard errors",
+        "choice",
+        "by which the ARW of a window may be off: 92 % of the intervals of 95 % still hold",
+    )
+    sizes_least: int = threshold(3, "cluster sizes", "choice", "that a fit on the device needs")
+    detected: float = threshold(
+        25.0, "chi-square", "choice", "of a misfit that the device detects in every window"
+    )
+    rounding_share: float = threshold(
+        0.01, "of the variance of white noise per sample", "choice", "from which --lsb matters"
+    )
+    gap_periods: float = threshold(
+        1.5, "sample periods", "choice", "from which davar-sim without --rate counts lost samples"
+    )
+    rates_differ: float = threshold(
+        0.01,
+        "relative",
+        "choice",
+        "of the median step from the mean one, from which --rate matters",
+    )
+    cutoff_step: float = threshold(0.01, "of the cutoff", "choice", "in a difference quotient")
+    grid_accuracy: float = threshold(
+        1e-3, "relative", "choice", "of an Allan deviation on the grid of frequencies"
+    )
+    picked_hz: float = threshold(10.0, "Hz", "choice", "below which a log usually holds picks")
+
+
 CHANCE = Chance()
 JUDGE = Judge()
 READING = Reading()
@@ -1497,6 +1672,9 @@ REPEATS = Repeats()
 PLAUSIBLE = Plausible()
 STAMPS = Stamps()
 RECORD = Record()
+GUESS = Guess()
+SHAPE = Shape()
+DEVICE = Device()
 TABLE = {
     "CHANCE": CHANCE,
     "JUDGE": JUDGE,
@@ -1524,4 +1702,7 @@ TABLE = {
     "PLAUSIBLE": PLAUSIBLE,
     "STAMPS": STAMPS,
     "RECORD": RECORD,
+    "GUESS": GUESS,
+    "SHAPE": SHAPE,
+    "DEVICE": DEVICE,
 }

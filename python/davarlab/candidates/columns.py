@@ -21,7 +21,7 @@ from ..inference import changes, modulation
 from ..inference.changes import Blocks
 from ..inference.parts import Bench, Part
 from ..inference.whittle import Fit
-from ..thresholds import CHANCE, COLUMN, SEARCH, TRIES
+from ..thresholds import CHANCE, COLUMN, SEARCH, SHAPE, TRIES
 from .candidate import Candidate, log_tail
 from .ranking import shapes_of
 
@@ -117,7 +117,7 @@ def with_lags(effect: Effect, shape: Values) -> list[Part]:
 def finer(part: Part, recording: Recording) -> list[Part]:
     """The part with its lag or width moved a little."""
     name = next((name for name in ("width_degC", "lag_s") if part.shape.get(name)), None)
-    limit = columns.LAG_SHARE * recording.samples / recording.rate_hz
+    limit = SHAPE.lag_share * recording.samples / recording.rate_hz
     return (
         [
             part.moved(name, part.shape[name] * step)

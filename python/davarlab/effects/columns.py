@@ -9,10 +9,10 @@ import scipy
 from ..arrays import Bools, Floats
 from ..data import signals
 from ..data.recording import Recording
-from ..thresholds import SIGNALS
+from ..thresholds import SHAPE, SIGNALS
 from . import limits
 from .base import INFINITE, Effect, Parameter, Values, one_name
-from .means import COURSE_LEAST, knots, turns_of
+from .means import knots, turns_of
 
 ANY = (-INFINITE, INFINITE)
 SOUGHT_TOGETHER = (
@@ -25,15 +25,10 @@ SOUGHT_TOGETHER = (
 )  # candidates/columns.py
 # Kinds that name the column which they follow.
 FOLLOWING = ("follows", "noise_follows", "line_follows")
-LAGS_S = (0.0, 5.0, 10.0, 20.0, 40.0, 80.0, 160.0, 320.0, 640.0)
-LAG_SHARE = 0.25  # of the record, the longest lag that it can show
-WIDTHS = (0.05, 0.1, 0.2, 0.4, 0.7)  # of the range of the temperature
 REFERENCE_DEGC = 25.0
 LAG = Parameter("lag_s", "s", 0, 1e6, default=0.0, optional=True)
 # Columns of which other effects know more; time is no cause.
 NOT_FOLLOWED = ("time", "temp_degC", "accel_")
-STOPPED = 0.01  # of its largest magnitude, below which a speed is none
-CLOCKLIKE = 1e-6  # of its range, that a column may depart from a straight line to count as a clock
 
 
 def still(recording: Recording, name: str) -> Floats:
@@ -126,7 +121,7 @@ def turns(recording: Recording, name: str) -> Floats:
 def are_knots(text: str) -> bool:
     """Is a text the frequencies of knots."""
     found = knots(text)
-    return len(found) >= COURSE_LEAST and bool(np.isfinite(found).all())
+    return len(found) >= SHAPE.course_least and bool(np.isfinite(found).all())
 
 
 def turning_with(recording: Recording, shape: Values, turn: float = 0.0) -> Floats:
@@ -141,9 +136,9 @@ def turning_with(recording: Recording, shape: Values, turn: float = 0.0) -> Floa
 
 
 def running(recording: Recording, name: str) -> Bools:
-    """Where a column is above STOPPED of its largest magnitude."""
+    """Where a column is above SHAPE.stopped of its largest magnitude."""
     size = np.abs(still(recording, name))
-    found: Bools = size > STOPPED * size.max()
+    found: Bools = size > SHAPE.stopped * size.max()
     return found
 
 
@@ -160,17 +155,21 @@ def aliases_hz(recording: Recording, shape: Values) -> Floats:
 
 
 def lags(recording: Recording) -> list[float]:
-    return [lag for lag in LAGS_S if lag <= LAG_SHARE * recording.samples / recording.rate_hz]
+    return [
+        lag
+        for lag in SHAPE.lags_s
+        if lag <= SHAPE.lag_share * recording.samples / recording.rate_hz
+    ]
 
 
 def widths(recording: Recording) -> list[float]:
-    return [share * float(np.ptp(slow_temperature(recording))) for share in WIDTHS]
+    return [share * float(np.ptp(slow_temperature(recording))) for share in SHAPE.hysteresis_widths]
 
 
 def clocklike(x: Floats) -> bool:
     """Does it go up with the samples: an index, a clock."""
     line = x[0] + (x[-1] - x[0]) * np.linspace(0, 1, len(x))
-    return bool(np.ptp(x) <= 0 or np.max(np.abs(x - line)) < CLOCKLIKE * np.ptp(x))
+    return bool(np.ptp(x) <= 0 or np.max(np.abs(x - line)) < SHAPE.clocklike * np.ptp(x))
 
 
 def may_follow(recording: Recording, gyro: str | None = None) -> list[str]:

@@ -5,14 +5,12 @@ import numpy as np
 
 from ..arrays import Floats
 from ..data.recording import Recording
-from ..thresholds import FIT
+from ..thresholds import FIT, SHAPE
 from .base import INFINITE, Effect, Parameter, Values
 from .device import Filter, filter_of
 from .spectra import angular
 
 RESPONSES = ("sampled", "bilinear")
-NEARLY = 0.05  # samples by which the length of an average may miss a whole number
-IMAGES = 8  # on each side; of order 2 they fall with the fourth power
 
 
 def folded(f: Floats, rate_hz: float, cutoff_hz: float, order: int) -> Floats:
@@ -24,7 +22,7 @@ def folded(f: Floats, rate_hz: float, cutoff_hz: float, order: int) -> Floats:
             1 - decay * np.exp(-1j * angular(f, rate_hz))
         ) ** 2
         return found
-    image = np.arange(-IMAGES, IMAGES + 1) * rate_hz
+    image = np.arange(-SHAPE.filter_images, SHAPE.filter_images + 1) * rate_hz
     squares = (np.square((f + one) / cutoff_hz) for one in image)  # a power of 4 takes longer
     found = sum(1 / (1 + square * square) for square in squares) / float(
         np.sum(1 / (1 + (image / cutoff_hz) ** 4))
@@ -111,7 +109,7 @@ def zeros(rate_hz: float, shape: Values) -> list[float]:
     """Frequencies up to half the rate, in Hz, where a moving average of nearly a whole number of
     samples leaves nothing."""
     whole = round(shape["samples"])
-    if abs(shape["samples"] - whole) > NEARLY:
+    if abs(shape["samples"] - whole) > SHAPE.nearly_whole:
         return []
     return [rate_hz * turn / whole for turn in range(1, whole // 2 + 1)]
 

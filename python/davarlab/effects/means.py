@@ -9,14 +9,13 @@ from ..arrays import Floats
 from ..data import signals
 from ..data.recording import Recording
 from ..errors import BadInput
-from ..thresholds import SIGNALS
+from ..thresholds import SHAPE, SIGNALS
 from . import limits
 from .base import INFINITE, Effect, Parameter, Values, one_name
 
 ANY = (-INFINITE, INFINITE)
 # Lines, whose course has a sine and a cosine.
 TURNING = ("sinusoid", "intermittent_line", "drifting_line", "line_follows")
-COURSE_LEAST = 4  # knots of the frequency of a drifting line
 AXIS = Parameter("axis", "x, y, z", *ANY, values=("x", "y", "z"))
 
 
@@ -52,11 +51,11 @@ def knots(text: str) -> Floats:
 def course_hz(shape: Values, where: str = "") -> Floats:
     """The frequencies of a drifting line at its knots. Raises BadInput for anything else."""
     found = knots(shape["course_hz"])
-    if len(found) < COURSE_LEAST or not (found > 0).all() or not np.isfinite(found).all():
+    if len(found) < SHAPE.course_least or not (found > 0).all() or not np.isfinite(found).all():
         raise BadInput(
-            f"{where + ': ' * bool(where)}drifting_line: course_hz must be {COURSE_LEAST} or more "
-            "frequencies in Hz, separated by spaces: those at even times from the first sample to "
-            "the last"
+            f"{where + ': ' * bool(where)}drifting_line: course_hz must be {SHAPE.course_least} or "
+            "more frequencies in Hz, separated by spaces: those at even times from the first "
+            "sample to the last"
         )
     return found
 

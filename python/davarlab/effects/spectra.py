@@ -7,9 +7,8 @@ from scipy import fft
 
 from ..arrays import Floats
 from ..data.recording import Recording
+from ..thresholds import SHAPE
 from .base import INFINITE, Effect, Parameter, Values
-
-MEMORIES = (0.0, 0.04, 0.1, 0.25, -0.04, -0.1, -0.25)
 
 
 def angular(f: Floats, rate_hz: float) -> Floats:
@@ -111,7 +110,7 @@ QUANTIZATION = Effect(
     "slope -1 at the shortest tau",
     quantization,
     simulate=simulate_quantization,
-    grid={"memory": lambda _: MEMORIES},
+    grid={"memory": lambda _: SHAPE.memories},
     in_front=False,
 )
 ANGLE_RANDOM_WALK = Effect(

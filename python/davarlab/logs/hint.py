@@ -8,6 +8,7 @@ import numpy as np
 
 from ..arrays import Floats
 from ..tables import dialect, guess
+from ..thresholds import GUESS
 
 LEAST = 100  # rows, below which numbers show nothing
 RUNNING = 0.5  # of the steps of a time that are above 0, at least
@@ -99,7 +100,7 @@ def time_of(running: Sequence[Part], rates: Sequence[float]) -> dict[int, str] |
         if guess.whole(one.values):
             made = guess.of_time("", one.values, rates)
             return None if made.doubt else {one.place: f"time_{made.unit}"}
-        low, high = guess.USUAL_HZ
+        low, high = GUESS.usual_hz
         unit = next(
             (
                 unit

@@ -23,25 +23,13 @@ from ..inference import allan
 from ..inference.estimate import Entry
 from ..inference.parts import part_of, spectrum_of
 from ..model import Model, Term, rate_of
-from ..thresholds import CHANCE
+from ..thresholds import CHANCE, DEVICE
 from .export import noise_variance
 from .words import in_c_comment
 
-SHEET_PERCENT = 10.0  # of a cutoff without a recording, as davar-sim has it
-LEAST_PERCENT = 1.0
-MOST_PERCENT = 50.0
 CUTOFFS = {"sampled": (0.002, 4.0), "bilinear": (0.002, 0.499)}  # over the sample rate
 AVERAGES_MOST, SPAN_MOST, SIZES_MOST = 8, 1024, 32  # as davar/filter.h
-# Standard errors by which the ARW of a window may be off: 92 % of the intervals of 95 % still hold.
-BIAS_MOST = 0.5
-SIZES_LEAST = 3
-DETECTED = 25.0  # a misfit, as a chi-square, that the device detects in every window
 WINDOW, WINDOW_MOST = 600, 2**16  # samples: the default of davar-sim, and what is worth proposing
-ROUNDED = 0.01  # of the variance of white noise per sample, from which --lsb matters
-GAP = 1.5  # sample periods, as davar-sim without --rate
-RATES_DIFFER = 0.01  # relative, of the median step from the mean one, from which --rate matters
-CUTOFF_STEP = 0.01  # relative, of a difference quotient
-GRID_ACCURACY = 1e-3  # of an Allan deviation on the grid of frequencies
 WIDTH = 95  # of a line of the comment
 ACCEPTED = ("low_pass", "moving_average")
 LINES = ("sinusoid", "narrow_band")
@@ -100,7 +88,8 @@ class Declared:
         if self.lsb:
             words += ["--lsb", f"{self.lsb:.9g}"]
         if self.states_rate:
-            words += ["--rate", f"{self.rate_hz:.9g}"] + ["--gap", f"{GAP:g}"] * self.lost
+            gap = ["--gap", f"{DEVICE.gap_periods:g}"]
+            words += ["--rate", f"{self.rate_hz:.9g}"] + gap * self.lost
         return words
 
     @property
@@ -112,18 +101,19 @@ class Declared:
 def percent_of(entry: Entry | None, where: str) -> float:
     """One standard error of the cutoff. entry: its estimate; None without a recording."""
     if entry is None:
-        return SHEET_PERCENT
+        return DEVICE.sheet_percent
     cutoff = entry["cutoff_hz"]
     if cutoff.low is None or cutoff.high is None:
         percent = math.inf
     else:
         percent = 50 * (cutoff.high - cutoff.low) / CHANCE.normal_95 / cutoff.number
-    if not percent <= MOST_PERCENT:
+    if not percent <= DEVICE.most_percent:
         raise BadInput(
-            f"{where}: the recording does not determine the cutoff within {MOST_PERCENT:g} %. Use "
+            f"{where}: the recording does not determine the cutoff within "
+            f"{DEVICE.most_percent:g} %. Use "
             "a longer recording, or one at a higher rate"
         )
-    return float(f"{max(percent, LEAST_PERCENT):.3g}")
+    return float(f"{max(percent, DEVICE.least_percent):.3g}")
 
 
 def filtered(model: Model) -> list[Term]:
@@ -222,17 +212,17 @@ class Reading:
         weights, error = self.weights(0)
         bias = float(weights @ self.off)
         rest = self.off - bias
-        if bias < 0 or rest @ inverse @ rest < DETECTED:
+        if bias < 0 or rest @ inverse @ rest < DEVICE.detected:
             return bias, error
         terms = np.array([np.ones(len(self.sizes)), 1 / np.array(self.sizes)])
         solved = np.linalg.inv(terms @ inverse @ terms.T)
         return float((solved @ terms @ inverse @ self.off)[0]), float(np.sqrt(solved[0, 0]))
 
     def usable(self, first: int) -> bool:
-        """Is ARW from these sizes off by at most BIAS_MOST standard errors, even if all differences
+        """Is ARW from these sizes off by few standard errors (bias_most), even if all differences
         add up?"""
         weights, error = self.weights(first)
-        return bool(np.abs(weights) @ np.abs(self.off[first:]) <= BIAS_MOST * error)
+        return bool(np.abs(weights) @ np.abs(self.off[first:]) <= DEVICE.bias_most * error)
 
     @property
     def first(self) -> int:
@@ -252,7 +242,7 @@ def covariance_of(device: Model, rate_hz: float, sizes: list[int], window: int) 
     rows = np.array([power * allan.response(m) for m in sizes]).reshape(len(sizes), -1)
     rows /= rows.sum(axis=1)[:, None]
     found: Floats = (rows / width) @ rows.T / (4 * window)
-    return found + GRID_ACCURACY**2 * np.eye(len(sizes))
+    return found + DEVICE.grid_accuracy**2 * np.eye(len(sizes))
 
 
 def white_of(model: Model) -> Term | None:
@@ -274,9 +264,9 @@ def doubt_of(found: Declared, white: Term, sizes: list[int]) -> Floats:
     if found.filter.uncertainty:
         above, below = (
             deviations(found.rate_hz, [white, *replace(found, hz=found.hz * step).terms], sizes)
-            for step in (1 + CUTOFF_STEP, 1 - CUTOFF_STEP)
+            for step in (1 + DEVICE.cutoff_step, 1 - DEVICE.cutoff_step)
         )
-        doubt = found.percent / 100 * (above - below) / (above + below) / CUTOFF_STEP
+        doubt = found.percent / 100 * (above - below) / (above + below) / DEVICE.cutoff_step
     covariance: Floats = np.outer(doubt, doubt) + found.filter.level**2
     return covariance
 
@@ -313,7 +303,7 @@ def with_sizes(found: Declared, model: Model, where: str) -> Declared:
     if white is None:
         raise BadInput(f"{where}: the model has no angle_random_walk, which the device estimates")
     one = reading(model, white, found, found.window)
-    if one.left < SIZES_LEAST:
+    if one.left < DEVICE.sizes_least:
         raise BadInput(
             f"{where}: {unusable(found, model, one)}. {way_on(found, model, white, one)}"
         )
@@ -323,16 +313,16 @@ def with_sizes(found: Declared, model: Model, where: str) -> Declared:
 
 def by_filter(one: Reading) -> bool:
     """Is it the filter, and not lines or a fluctuation, at the size where it has to end?"""
-    last = max(-SIZES_LEAST, -len(one.sizes))
+    last = max(-DEVICE.sizes_least, -len(one.sizes))
     return bool(abs(one.filters[last]) >= abs(one.off[last] - one.filters[last]))
 
 
 def unusable(found: Declared, model: Model, one: Reading) -> str:
     """Why the device cannot give the model's ARW."""
     said = f"the device cannot give the model's ARW in windows of {found.window} samples: "
-    if len(one.sizes) < SIZES_LEAST:
-        return f"{said}they have fewer than {SIZES_LEAST} cluster sizes"
-    last = -SIZES_LEAST
+    if len(one.sizes) < DEVICE.sizes_least:
+        return f"{said}they have fewer than {DEVICE.sizes_least} cluster sizes"
+    last = -DEVICE.sizes_least
     at = f"the Allan deviation at {one.sizes[last]} samples"
     if by_filter(one):
         return (
@@ -362,7 +352,7 @@ def larger_window(model: Model, white: Term, found: Declared) -> int:
     window = 2 * found.window
     while window <= WINDOW_MOST:
         one = reading(model, white, found, window)
-        if one.left >= SIZES_LEAST:
+        if one.left >= DEVICE.sizes_least:
             return window
         window *= 2
     return 0
@@ -378,8 +368,8 @@ def default_said(model: Model, lsb: float, window: int = WINDOW) -> str:
     power = part_of(white).effect.dps(white.parameters) ** 2 * model.rate_hz
     added = np.sqrt(1 + lsb**2 / 12 / power) - 1
     bias, error = one.undeclared
-    if abs(bias) <= BIAS_MOST * error:
-        if added < ROUNDED / 2:
+    if abs(bias) <= DEVICE.bias_most * error:
+        if added < DEVICE.rounding_share / 2:
             return ""
         return (
             "Without --lsb, the device's ARW includes the rounding to counts and is about "
@@ -406,7 +396,7 @@ def states_rate(recording: Recording) -> bool:
     if stamps is None or len(stamps) < 2:
         return True
     step = float(np.median(np.diff(stamps)))
-    return not abs(step * recording.rate_hz - 1) < RATES_DIFFER
+    return not abs(step * recording.rate_hz - 1) < DEVICE.rates_differ
 
 
 def declare(
@@ -456,7 +446,7 @@ def notes(found: Declared, model: Model, where: str, recording: str | None) -> l
         doubt = (
             "the accuracy of a data sheet. For that of the fit, give --recording"
             if recording is None
-            else f"that of the fit to {recording}, at least {LEAST_PERCENT:g} %"
+            else f"that of the fit to {recording}, at least {DEVICE.least_percent:g} %"
         )
         said += [
             f"Low-pass of order {found.order}, {found.response}, -3 dB at {found.hz:g} Hz. Its "
@@ -482,7 +472,7 @@ def notes(found: Declared, model: Model, where: str, recording: str | None) -> l
             f"Without the cluster sizes up to {missing[-1]}: there the Allan deviation of the "
             "model's filter, lines and noise after the filter differs from that of white noise "
             "after the device's filter, so that the ARW would be off by more than "
-            f"{BIAS_MOST:g} standard errors in a window of {found.window} samples."
+            f"{DEVICE.bias_most:g} standard errors in a window of {found.window} samples."
         ]
     changing = sorted({t.kind for t in model.terms if part_of(t).effect.role == "variance"})
     if changing:

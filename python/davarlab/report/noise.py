@@ -16,12 +16,12 @@ from ..effects import table
 from ..inference.estimate import Estimate
 from ..model import Model
 from ..tables.constants import DEG_PER_RAD, UG_PER_MPS2
+from ..thresholds import DEVICE
 from . import parameters
 from .parameters import Noise, Parameter
 
 DEFAULT = "kalibr"  # whose names the table has unless another program is named
 WALK = "rate_random_walk"
-SLOW_HZ = 10.0  # below which a log usually holds picks
 FAMILIAR = {
     "gyro": (
         Parameter("ARW", "gyro", "deg/sqrt(h)", "", lambda noise: 60 * DEG_PER_RAD * noise.white),
@@ -259,7 +259,7 @@ def in_use(found: Sequence[Axis], recording: Recording) -> list[str]:
             f"Rate: at {recording.rate_hz:.3g} Hz, noise above half of the rate is folded into the "
             "band unless the sensor averages. The values are then upper limits."
         ]
-        if recording.rate_hz < SLOW_HZ
+        if recording.rate_hz < DEVICE.picked_hz
         else []
     )
     return rate + [

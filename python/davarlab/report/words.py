@@ -10,11 +10,10 @@ from ..data.recording import Recording
 from ..diagnosis.improve import Estimates
 from ..effects import table
 from ..effects.base import Parameter
-from ..effects.means import COURSE_LEAST
 from ..errors import printable
 from ..inference.estimate import Estimate
 from ..model import unit_said
-from ..thresholds import CHANCE
+from ..thresholds import CHANCE, SHAPE
 
 TINY = 1e-12  # below this a p-value says "never"; its digits are those of an approximation
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -69,7 +68,7 @@ def course(value: str) -> str:
     """A word of a parameter; of a list of numbers, which is the course of a frequency, its range
     and how many there are."""
     words = value.split()
-    if len(words) < COURSE_LEAST:
+    if len(words) < SHAPE.course_least:
         return value
     low, high = (f(map(float, words)) for f in (min, max))
     return f"{number(low, 5)} to {number(high, 5)} Hz ({len(words)} knots)"

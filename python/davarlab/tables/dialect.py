@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 
 from ..errors import BadInput
 from ..files import StrPath
+from ..thresholds import GUESS
 from . import guess
 
 COMMENTS = ("#", "%", "//")
@@ -40,7 +41,6 @@ MISSING = re.compile(
 )
 BOOLEAN = re.compile("true|false", re.IGNORECASE)
 THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}", re.ASCII)
-FEW_THOUSANDS = 3  # fields that look like thousands by chance
 # Words of a row of units.
 UNITS = set(
     re.findall(
@@ -303,7 +303,7 @@ def check_thousands(rows: Sequence[Sequence[str]], path: StrPath) -> None:
         any("," in one for one in column) and any(one and "," not in one for one in column)
         for column in cells
     )
-    if len(commas) >= FEW_THOUSANDS and mixed and all(map(THOUSANDS.fullmatch, commas)):
+    if len(commas) >= GUESS.few_thousands and mixed and all(map(THOUSANDS.fullmatch, commas)):
         raise BadInput(
             f"{path}: {commas[0]} may be {commas[0].replace(',', '.')} or "
             f"{commas[0].replace(',', '')}. Type tr , . < {path} > NEW.csv if the comma is a "

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from ..arrays import Floats
 from ..files import StrPath
+from ..thresholds import GUESS
 from .constants import DEG_PER_RAD, GRAVITY_MPS2
 
 SECONDS = {"s": 1.0, "ms": 1e-3, "0.1ms": 1e-4, "10us": 1e-5, "us": 1e-6, "100ns": 1e-7, "ns": 1e-9}
@@ -35,17 +36,9 @@ AXES = {
     "pitch": "y",
     "yaw": "z",
 }
-# Scatter from sample to sample, below which a rate without a unit is in rad/s: 0.3 deg/s are a bad
-# gyro's.
-QUIET_RAD = 0.006
-# Least time from sample to sample, for rates up to 10 kHz.
-STEPS = (("ns", 1e5), ("us", 50.0), ("ms", 0.5), ("s", 0.0))
-USUAL_HZ = (4.0, 2000.0)  # rates of logs of an IMU, by which a unit of the time is doubted
-RATE_NEAR = 0.1  # relative, of a stated rate and that of the stamps
 # A decoded blackbox log: the gyro behind its filters and in front of them, whole deg/s.
 BLACKBOX = re.compile(r"gyro(ADC|Unfilt)\[[012]\]")
 TICK_OF_XSENS = "sampletimefine"  # of an MTi 0.1 ms, of a Movella DOT 1 us
-SLOWEST_MTI_S = 0.5  # between samples, beyond which it is a DOT's
 WORDS = {
     "time": r"^(time|times|zeit|tiempo|tempo|datetime|timestamp|stamp|t|clock|elapsed|secs?|seconds"
     r"|us|ms|ns|[umn]secs?|micros|millis|nanos|(micro|milli|nano)sec(ond)?s?|chiptime|gpst|tow"
@@ -286,11 +279,15 @@ def unit_by_numbers(quantity: str, values: Floats) -> tuple[str, float]:
     """(unit, factor) where the name says none."""
     if quantity == "time":
         step = float(np.median(np.diff(values))) if len(values) > 1 else 0.01
-        unit = next(unit for unit, least in STEPS if step >= least) if whole(values) else "s"
+        unit = (
+            next(unit for unit, least in GUESS.least_steps if step >= least)
+            if whole(values)
+            else "s"
+        )
     elif whole(values):
         return "counts", 1.0
     elif quantity == "gyro":
-        unit = "rad/s" if scatter_of(values) < QUIET_RAD else "deg/s"
+        unit = "rad/s" if scatter_of(values) < GUESS.quiet_rad else "deg/s"
     elif quantity == "temp":
         unit = "0.01 degC" if abs(np.mean(values)) > 500 else "degC"
     else:
@@ -315,7 +312,7 @@ def agrees(unit: str, values: Floats, rate_hz: float) -> bool:
     tenth, or to within a count of whole ones."""
     steps = np.diff(values)
     wanted = 1 / (rate_hz * SECONDS[unit])
-    near = max(RATE_NEAR * wanted, 0.999 if whole(values) and wanted >= 1 else 0.0)
+    near = max(GUESS.rate_near * wanted, 0.999 if whole(values) and wanted >= 1 else 0.0)
     return any(abs(step - wanted) <= near for step in (np.median(steps), np.mean(steps)))
 
 
@@ -324,12 +321,12 @@ def of_time(name: str, values: Floats, rates: Sequence[float]) -> Guess:
     unit, step = unit_by_numbers("time", values)[0], float(np.median(np.diff(values)))
     by = doubt = ""
     if TICK_OF_XSENS in "".join(tokens(name)):
-        usual = "us" if step * SECONDS["0.1ms"] > SLOWEST_MTI_S else "0.1ms"
+        usual = "us" if step * SECONDS["0.1ms"] > GUESS.slowest_mti_s else "0.1ms"
         stated = (one for one in ("0.1ms", "us") for rate in rates if agrees(one, values, rate))
         unit, by = next(stated, usual), "by the documentation of Xsens"
     elif rates and step > 0:
         fitting = [one for rate in rates for one in SECONDS if agrees(one, values, rate)]
-        usual_hz = USUAL_HZ[0] <= 1 / (step * SECONDS[unit]) <= USUAL_HZ[1]
+        usual_hz = GUESS.usual_hz[0] <= 1 / (step * SECONDS[unit]) <= GUESS.usual_hz[1]
         if not fitting or usual_hz and unit not in fitting:
             doubt = contradicted(step, unit, rates[0])
         elif unit not in fitting:
@@ -352,8 +349,8 @@ def unusual(step: float, unit: str) -> str:
     """What is doubtful about whole stamps that give a rate that a log rarely has in this unit, and
     a usual one in another; "" where nothing is."""
     rates = {one: 1 / (step * size) for one, size in SECONDS.items()}
-    usual = [one for one, rate in rates.items() if USUAL_HZ[0] <= rate <= USUAL_HZ[1]]
-    if rates[unit] <= USUAL_HZ[1] or not usual:
+    usual = [one for one, rate in rates.items() if GUESS.usual_hz[0] <= rate <= GUESS.usual_hz[1]]
+    if rates[unit] <= GUESS.usual_hz[1] or not usual:
         return ""
     others = ", ".join(f"{rates[one]:.5g} Hz in {one}" for one in usual)
     return (

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from ..files import StrPath
+from ..thresholds import GUESS
 from . import guess
 from .dialect import recognised
 from .sentences import Clock, monitored
@@ -24,7 +25,6 @@ PAIR = re.compile(
     re.IGNORECASE,
 )
 BETWEEN = ' ,;|>{}()[]"\t\r\n'  # pairs
-NAMED = 0.5  # of the samples, at least, have a label that is a column
 
 
 def pairs(line: bytes) -> dict[str, tuple[str, str]]:
@@ -106,7 +106,7 @@ def labelled_in(lines: Sequence[bytes]) -> Labelled | None:
     if 3 * len(full) <= sum(map(bool, map(bytes.strip, lines))):
         return None
     met = Counter(label for one in full for label in one)
-    labels = [label for label, count in met.items() if count >= NAMED * max(met.values())]
+    labels = [label for label, count in met.items() if count >= GUESS.labelled * max(met.values())]
     if min(met[label] for label in labels) < 2 or not recognised(labels):
         return None
     units = units_of(full)

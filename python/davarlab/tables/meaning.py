@@ -9,20 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arrays import Floats
+from ..thresholds import GUESS
 from .constants import DEG_PER_RAD
 from .guess import FORCES, RATES, Guess, of_column, scatter_of, whole
-
-# Scatter of a rate from sample to sample, outside of which it alone decides the unit where there is
-# no time, or less than ARW_LEAST_S.
-SCATTER = (1e-4, 0.05)
-ARW = (0.03, 5.0)  # deg/sqrt(h), of MEMS gyros at rest
-# Median norm of an accelerometer without gravity, in m/s^2 or g.
-LINEAR = 0.5
-ARW_LEAST_S = 20.0
-ARW_TAUS_S, ARW_AGREES = (1.0, 2.0, 4.0), 2.0  # of white noise, the same within this factor
-HALF_OF_NORMAL = 0.6745  # of a standard deviation: the median of the magnitude
-# Means over so many seconds; turned in all at least by so much; squared correlation at least.
-GRAVITY_S, TURNED_RAD, GRAVITY_AGREES = 0.25, 1.0, 0.5
 
 
 def guesses(
@@ -61,7 +50,7 @@ def weighed(found: list[Guess], columns: Mapping[str, npt.NDArray[Any]]) -> None
     axes = np.array([columns[guess.name] for guess in unsaid], float)
     norm = float(np.median(np.linalg.norm(axes, axis=0)))
     unit = next((unit for unit, one in FORCES.items() if 0.8 < norm * one < 1.25), "counts")
-    linear = unit == "counts" and norm < LINEAR and not all(map(whole, axes))
+    linear = unit == "counts" and norm < GUESS.linear and not all(map(whole, axes))
     for guess in unsaid:
         guess.unit, guess.factor = unit, FORCES.get(unit, 1 / norm if norm else 1.0)
         if linear:
@@ -85,7 +74,11 @@ def unit_by_evidence(found: list[Guess], columns: Mapping[str, npt.NDArray[Any]]
     live = [one for one in unsaid if scatter_of(columns[one.name]) > 0] or unsaid
     unit, how = by_gravity(unsaid, found, columns)
     arw = arw_of(live, found, columns)
-    able = [one for one in ("deg/s", "rad/s") if arw and ARW[0] < arw * RATES[one] < ARW[1]]
+    able = [
+        one
+        for one in ("deg/s", "rad/s")
+        if arw and GUESS.usual_arw[0] < arw * RATES[one] < GUESS.usual_arw[1]
+    ]
     metric = any(one.quantity == "accel" and one.unit == "m/s^2" for one in found)
     if not unit and metric and (arw is None or "rad/s" in able):
         unit, how = "rad/s", "the accelerometer in m/s^2 beside it"
@@ -93,7 +86,7 @@ def unit_by_evidence(found: list[Guess], columns: Mapping[str, npt.NDArray[Any]]
         unit, how = able[0], f"its noise of {(arw or 0) * RATES[able[0]]:.2g} deg/sqrt(h)"
     quiet = min(live, key=lambda one: scatter_of(columns[one.name]))
     scatter = scatter_of(columns[quiet.name])
-    if not unit and arw is None and not SCATTER[0] < scatter < SCATTER[1]:
+    if not unit and arw is None and not GUESS.scatter[0] < scatter < GUESS.scatter[1]:
         unit = quiet.unit
     for one in unsaid:
         one.unit, one.by = unit or quiet.unit, f"by {how}" * bool(how)
@@ -123,13 +116,13 @@ def arw_of(
         return None
     seconds = np.asarray(columns[time.name], float) * time.factor
     span = float(seconds[-1] - seconds[0])
-    if not span > ARW_LEAST_S:
+    if not span > GUESS.arw_least_s:
         return None
     usual = [
         min(usual_step(np.asarray(columns[one.name], float), span, tau_s) for one in gyros)
-        for tau_s in ARW_TAUS_S
+        for tau_s in GUESS.arw_taus_s
     ]
-    return usual[0] if max(usual) < ARW_AGREES * min(usual) else 0.0
+    return usual[0] if max(usual) < GUESS.arw_agrees * min(usual) else 0.0
 
 
 def usual_step(x: Floats, span_s: float, tau_s: float) -> float:
@@ -137,7 +130,7 @@ def usual_step(x: Floats, span_s: float, tau_s: float) -> float:
     together = max(1, round(len(x) * tau_s / span_s))
     count = len(x) // together
     means = x[: count * together].reshape(count, together).mean(axis=1)
-    usual = float(np.median(np.abs(np.diff(means)))) / HALF_OF_NORMAL
+    usual = float(np.median(np.abs(np.diff(means)))) / GUESS.half_of_normal
     return 60 * usual / float(np.sqrt(2)) * float(np.sqrt(span_s / count))
 
 
@@ -157,7 +150,7 @@ def by_gravity(
         for of in ({axis: replace(one, factor=1.0) for axis, one in rate.items()}, force)
     )
     step = float(np.median(np.diff(seconds))) if len(seconds) > 1 else 0.0
-    together = int(GRAVITY_S / step) if step > 0 else 0
+    together = int(GUESS.gravity_s / step) if step > 0 else 0
     if not 1 <= together <= a.shape[1] // 4:
         return "", ""
     count = a.shape[1] // together
@@ -166,11 +159,11 @@ def by_gravity(
     middle, between = (u[:, 1:] + u[:, :-1]) / 2, (w[:, 1:] + w[:, :-1]) / 2
     said = -np.cross(between, middle, axis=0) * together * step
     turned = np.diff(u, axis=1)
-    if np.linalg.norm(turned, axis=0).sum() < TURNED_RAD:
+    if np.linalg.norm(turned, axis=0).sum() < GUESS.turned_rad:
         return "", ""
     both = float(np.sum(said * turned))
     sizes = float(np.sum(said**2)), float(np.sum(turned**2))
-    if both**2 < GRAVITY_AGREES * sizes[0] * sizes[1]:
+    if both**2 < GUESS.gravity_agrees * sizes[0] * sizes[1]:
         return "", ""
     slope = abs(both) / sizes[0]
     for unit, factor in (("rad/s", 1.0), ("deg/s", 1 / DEG_PER_RAD)):

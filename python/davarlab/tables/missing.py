@@ -8,10 +8,9 @@ import numpy as np
 from ..arrays import Bools, Floats, Ints
 from ..errors import BadInput
 from ..files import StrPath
+from ..thresholds import GUESS
 from . import guess
 
-# Of the rows of the sensor, from which a column without a value is slower, or on rows of its own.
-SLOWER = 1 / 3
 LISTED = 6  # columns in a message
 RATES = ("_dps", "_rad_s")  # how the columns of gyros end, whatever else they are called
 
@@ -78,7 +77,7 @@ def needed_of(
     none = np.zeros(len(next(iter(columns.values()))), bool)
     fullest = min(sensor, key=lambda name: np.count_nonzero(gone.get(name, none)))
     rows = ~gone.get(fullest, none)
-    slower = [name for name, where in gone.items() if np.mean(where[rows]) >= SLOWER]
+    slower = [name for name, where in gone.items() if np.mean(where[rows]) >= GUESS.slower_column]
     apart = [name for name in sensor if name in slower]
     if apart:
         raise BadInput(
