@@ -106,7 +106,7 @@ def test_a_pair_is_offered_if_no_effect_helps_alone(opened, tabs):
     assert [one["number"] for one in bench.ask("all")["steps"]] == [0, 1]
 
 
-def test_a_fit_that_a_candidate_contradicts_is_nowhere_green(folder, opened, tabs):
+def contested(folder):
     """Two noises fit both axes; one has a little of what a third column has, a level a second."""
 
     def third(i):
@@ -114,7 +114,22 @@ def test_a_fit_that_a_candidate_contradicts_is_nowhere_green(folder, opened, tab
 
     header = "time_s,gyro_x_dps,gyro_z_dps,vbat_V"
     noise(folder / "rec.csv", header, lambda i: 0.0, lambda i: 0.02 * third(i), third)
-    page = tabs.open(opened("rec.csv"))
+    return "rec.csv"
+
+
+def test_an_effect_with_which_the_error_rises_is_not_offered(folder, opened, tabs):
+    page = tabs.open(opened(contested(folder)))
+    altered(page, re.compile("/api/candidate_preview"), lambda _, answer: {**answer, "error": 1.0})
+    with page.expect_response(re.compile("/api/candidate_preview")):
+        page.select_option("#axis", "gyro_z_dps")
+    expect(page.locator("#contrary")).to_contain_text("vbat_V, p")
+    page.wait_for_timeout(300)
+    expect(page.locator("#contrary button, #next .best")).to_have_count(0)
+    expect(page.locator("#to-held-out")).to_be_visible()
+
+
+def test_a_fit_that_a_candidate_contradicts_is_nowhere_green(folder, opened, tabs):
+    page = tabs.open(opened(contested(folder)))
     for axis, fits in (("gyro_x_dps", True), ("gyro_z_dps", False)):
         page.select_option("#axis", axis)
         settled = "settled" if fits else ""
@@ -416,8 +431,14 @@ def test_live_and_plan_leave_the_tabs_where_they_are(opened, tabs):
     expect(page.locator("#panel-live")).to_be_hidden()
     page.click("#view-plan")
     expect(page.locator("#plan")).to_be_visible()
+    for shown in ("#recording", "#axis", "#tab-live"):
+        expect(page.locator(shown)).to_be_visible()
     page.click("#view-model")
     expect(page.locator("#panel-where")).to_be_visible()
+    page.click("#view-plan")
+    page.click("#tab-live")
+    expect(page.locator("#plan")).to_be_hidden()
+    expect(page.locator("#panel-live")).to_be_visible()
 
 
 def test_a_recording_is_held_out_and_one_without_the_column_is_named(folder, opened, tabs):

@@ -14,7 +14,7 @@ import urllib.parse
 
 from playwright.sync_api import expect
 from recordings_made import two_axes
-from visiting import accessible, effects, held_back, ranked, until
+from visiting import accessible, altered, effects, held_back, ranked, until
 
 ARW = {"coefficient_deg_per_sqrt_h": 1.0}
 DROP = """() => {
@@ -104,6 +104,45 @@ def test_while_another_axis_is_computed_nothing_of_the_old_one_can_be_added(fold
     effects(page, 3)
     assert wanted in [card["kind"] for card in bench.ask("step")["cards"]]
     assert bench.ask("all")["column"] == "gyro_x_dps"
+
+
+def test_a_key_adds_the_card_that_was_on_the_screen_when_it_was_pressed(opened, tabs):
+    """Three candidates of equal evidence, whose cards change places with the errors that arrive."""
+    bench, late = opened(), []
+    page = tabs.open(bench)
+
+    def alike(route, answer):
+        for one in answer["candidates"]:
+            place = one["place"]
+            one |= {"beyond_chance": place < 3, "doubt": "", "leader": place, "gain": 100.0}
+        return answer
+
+    def foreseen(route):
+        place = int(
+            urllib.parse.parse_qs(urllib.parse.urlsplit(route.request.url).query)["place"][0]
+        )
+        answer = route.fetch(timeout=0)
+        lower = {**answer.json(), "error": (0.003, 0.002, 0.001)[place]}
+        if place == 2:
+            late.append(lambda: route.fulfill(response=answer, json=lower))
+        else:
+            route.fulfill(response=answer, json=lower)
+
+    altered(page, re.compile("/api/candidates"), alike)
+    page.route(re.compile("/api/candidate_preview"), foreseen)
+    page.click("#tutorial")
+    first = page.locator("#next .best button.candidate")
+    expect(first).to_have_attribute("data-place", "1")
+    until(page, lambda: late)
+    page.wait_for_timeout(100)
+    before = page.evaluate("performance.now()")
+    late[0]()
+    expect(first).to_have_attribute("data-place", "2")
+    press = "async (time) => (await import('/page/parts/next.js')).pressed(0, time)"
+    with page.expect_request(re.compile("/api/add")) as sent:
+        page.evaluate(press, before)
+    assert sent.value.post_data_json["place"] == 1
+    effects(page, 3)
 
 
 def test_a_tab_whose_server_was_killed_says_what_is_kept_and_what_to_type(folder, started, tabs):

@@ -41,6 +41,7 @@ SERVED = {
 }  # these, whatever is asked for
 HOST = "127.0.0.1"
 LARGEST_DROP, LARGEST_REQUEST = 1 << 31, 4 << 20
+PROMPT = ("preview", "report", "without", "moves", "against")  # questions that a person asks
 PLANS = 2  # at once: the newest does not wait for the one before it
 TYPES = {
     ".html": "text/html",
@@ -277,7 +278,7 @@ class Server:
             finally:
                 self.computing.discard(work)
 
-        if what in ("preview", "report", "without") or call.kind in (ACTION, CODE):
+        if what in PROMPT or call.kind in (ACTION, CODE):
             self.waiting[work] = what, given
         return work
 

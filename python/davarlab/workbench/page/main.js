@@ -6,7 +6,7 @@ import * as intake from "/page/parts/intake.js";
 import * as landing from "/page/parts/landing.js";
 import * as menu from "/page/parts/menu.js";
 import * as model from "/page/parts/model.js";
-import { partly, rank } from "/page/parts/next.js";
+import { partly, pressed, rank } from "/page/parts/next.js";
 import { close as closeEditor } from "/page/parts/own.js";
 import * as steps from "/page/parts/steps.js";
 import * as axes from "/page/tabs/axes.js";
@@ -304,8 +304,7 @@ document.addEventListener("keydown", (event) => {
     }
     if (planning() && event.key !== "?") return; // the other keys act on the model
     if (keys[event.key]) keys[event.key]();
-    else if (/^[1-3]$/.test(event.key))
-        document.querySelectorAll("#next > .card > .candidate")[Number(event.key) - 1]?.click();
+    else if (/^[1-3]$/.test(event.key)) pressed(Number(event.key) - 1, event.timeStamp);
     else return;
     event.preventDefault();
 });
@@ -325,10 +324,12 @@ document.addEventListener("drop", (event) => {
     if (event.dataTransfer.files[0]) opened.drop(event.dataTransfer.files[0]);
 });
 
-at("axis").onchange = () =>
-    leaving(`Analysing ${at("axis").value}`, "selection", { column: at("axis").value });
-at("close").onclick = opened.close;
-at("home").onclick = () => {
+at("axis").onchange = async () => {
+    await leaving(`Analysing ${at("axis").value}`, "selection", { column: at("axis").value });
+    if (planning()) plan(true); // of this axis
+};
+at("tab-live").addEventListener("click", () => planning() && plan(false));
+at("home").onclick = at("close").onclick = () => {
     plan(false);
     if (now.all?.recording || now.all?.log) opened.close();
 };

@@ -62,7 +62,7 @@ export class AllanChart {
         const strip = small ? 0 : clamp(height * 0.21, 50, 110),
             ratio = small ? 0 : clamp(height * 0.16, 40, 72),
             gap = small ? 0 : 10;
-        this.left = phone ? 42 : 48;
+        this.left = 48;
         this.right = width - (small ? 84 : phone ? 10 : 150);
         this.top = 12;
         this.bottom = height - 20 - strip - ratio - 2 * gap;

@@ -98,8 +98,9 @@ export const intervalShown = (one, adequate, style) =>
 const interval = (one) => {
     if (one.undetermined) return "not determined";
     if (one.low === null || one.low === undefined) return "as set";
-    const { text } = digits(one);
-    return `[${text(one.low * one.factor)}, ${text(one.high * one.factor)}]`;
+    const { text } = digits(one),
+        [low, high] = [one.low, one.high].map((end) => text(end * one.factor));
+    return low === high ? "narrower than shown" : `[${low}, ${high}]`;
 };
 
 function row(card, parameter, label) {

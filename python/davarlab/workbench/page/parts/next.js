@@ -14,10 +14,13 @@ const CARDS = 3,
 const ALIKE = 3,
     NEAR = 30; // in units of the log-likelihood
 let foreseen = new Map(); // key of a card -> error and curve with its effect, or its two
+let painted = [],
+    earlier = { until: 0, cards: [] }; // the cards on the screen, and those before them
 
 // Loads the candidates for the fitted model. This runs after a step is drawn, so that its curve appears first.
 export async function rank(turn) {
-    [now.found, now.answer, foreseen] = [null, null, new Map()];
+    [now.found, now.answer, foreseen, painted] = [null, null, new Map(), []];
+    earlier = { until: 0, cards: [] };
     trying("the effects");
     try {
         const answer = await ask("candidates", { number: now.view.number });
@@ -72,6 +75,7 @@ function trying(what, found = []) {
 // A card is a candidate, others of the same physics, and perhaps a candidate that joins with it (also).
 const key = ({ one, also }) => (also ? `${one.place} ${also.place}` : String(one.place));
 const errorOf = (card) => foreseen.get(key(card))?.error;
+export const errorWith = (one) => errorOf({ one });
 const helps = (card) => errorOf(card) <= HELPS * now.view.error;
 
 // Candidates beyond chance that are what they seem, by cards: those of the same physics together, the one with the most evidence in front.
@@ -147,6 +151,7 @@ function draw() {
         shown = now.answer.unknown ? [] : cards(),
         kept = new Set(shown.flatMap(({ one, others, also }) => (also ? [] : [one, ...others]))),
         more = rest(now.found.filter((one) => !kept.has(one)));
+    painting(shown);
     if (now.answer.unknown) fill("next", ...unknown(now.answer, more));
     else if (shown.length) fill("next", ...shown.map((card, i) => article(card, i === 0)), more);
     else if (now.view.adequate) fill("next", ...fits(), more);
@@ -156,6 +161,7 @@ function draw() {
             .querySelector(`#next button[data-kind="${focused}"]`)
             ?.focus({ preventScroll: true });
     else if (left) document.querySelector("#next .best button")?.focus({ preventScroll: true }); // a step left it behind
+    if (now.next?.drawn && !at("next").contains(document.activeElement)) preview(null); // its card may be gone
 }
 
 // No candidate helps, and no place of a misfit is known: the recording permits no verdict, or what is significant does not lower the error.
@@ -176,6 +182,26 @@ const nothing = () =>
             element("button", { onclick: () => at("close").click() }, "Open another recording"),
         ),
     );
+
+// The cards of the last drawing are on the screen from the next frame on.
+function painting(shown) {
+    if (String(shown.map(key)) === String(painted.map(key))) {
+        painted = shown;
+        return;
+    }
+    const before = painted;
+    earlier = { until: Infinity, cards: before };
+    painted = shown;
+    requestAnimationFrame((time) => {
+        if (earlier.cards === before) earlier.until = time;
+    });
+}
+
+// Adds the card that was in this place on the screen at that time, as a click would.
+export function pressed(place, time) {
+    const card = (time < earlier.until ? earlier.cards : painted)[place];
+    if (card && foreseen.has(key(card))) add(card);
+}
 
 function article(card, best) {
     const made = element(
@@ -340,10 +366,11 @@ async function errors(found, turn) {
 }
 
 function fits() {
+    const sure = settled(); // else what speaks against the model is next
     const confirm = element(
         "article",
-        { class: `card best panel${settled() ? " good" : ""}` },
-        element("div", { class: "kicker" }, "Next"),
+        { class: `card panel${sure ? " best good" : ""}` },
+        sure && element("div", { class: "kicker" }, "Next"),
         element("h2", { class: "whole" }, "Check it on a second recording"),
         element(
             "p",
@@ -353,7 +380,7 @@ function fits() {
         element(
             "button",
             {
-                class: "go big",
+                class: sure ? "go big" : null,
                 id: "to-held-out",
                 onclick: () => {
                     at("tab-held").click();
@@ -415,6 +442,7 @@ async function foresee(turn) {
     for (let card; (card = tried().find((one) => !foreseen.has(key(one))));) {
         if (!(await candidatePreview(card, turn))) return;
         redraw();
+        headline();
         show("next", now.next?.drawn ? now.next : expected());
     }
 }

@@ -28,23 +28,28 @@ function ranged() {
     return range;
 }
 
+// Folded, on a phone: there is no place for names beside the curves.
+const legend = () =>
+    element(
+        "details",
+        { id: "legend", class: "legend" },
+        element("summary", {}, "Legend"),
+        ...[
+            ["measured", "dot"],
+            ["model", "line"],
+            ["95 %", "band"],
+            ["model too low", "low"],
+            ["model too high", "high"],
+            ["not tested or confirmed", "hatch"],
+        ].map(([name, kind]) => element("span", {}, element("i", { class: kind }), name)),
+    );
+
 export function build(panel) {
     panel.append(
         element(
             "div",
-            { id: "legend", class: "legend", "aria-hidden": true },
-            ...[
-                ["measured", "dot"],
-                ["model", "line"],
-                ["95 %", "band"],
-                ["model too low", "low"],
-                ["too high", "high"],
-                ["not tested or confirmed", "hatch"],
-            ].map(([name, kind]) => element("span", {}, element("i", { class: kind }), name)),
-        ),
-        element(
-            "div",
             { class: "row small", id: "fit-tools" },
+            legend(),
             element("label", {}, "Lay over ", element("select", { id: "over", onchange: layOver })),
             element("span", { id: "zoomed", role: "status" }),
             element(
