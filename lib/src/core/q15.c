@@ -11,6 +11,7 @@
 #include "core/pages.inc"
 
 _Static_assert(sizeof(stages_t) <= DAVAR_STAGES_BYTES(1U), "DAVAR_STAGES_BYTES is too small");
-_Static_assert(sizeof(tau_t) <= 16U, "DAVAR_MEMORY counts too little per tau");
+_Static_assert((sizeof(tau_t) == 16U) && (offsetof(tau_t, head) == 8U),
+               "slide_fours, DAVAR_MEMORY");
 
 const davar_number_t davar_number_q15 = PIPELINE_NUMBER(false);

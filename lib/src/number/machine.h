@@ -50,13 +50,6 @@
 #define DAVAR_NARROW_PRODUCT
 #endif
 
-/* Has enough registers for a loop over two cluster sizes. */
-#ifdef DAVAR_NARROW_PRODUCT
-#define DAVAR_MANY_REGISTERS false
-#else
-#define DAVAR_MANY_REGISTERS true
-#endif
-
 /* The types that the floating-point unit lacks. */
 #if (defined(__arm__) && !defined(__ARM_FP)) || (defined(__riscv) && !defined(__riscv_flen))
 #define DAVAR_SOFT_FLOAT
