@@ -51,7 +51,9 @@ def unproved(name, bounds=(), fault=None, only=(), steps=STEPS):
         variables = {**os.environ, "PWD": folder, "WHY3CONFIG": f"{folder}/why3.conf"}
         run(["why3", "config", "detect"], env=variables)
         # Neither WP nor Eva has an integer of 128 bits: the compiler's is hidden.
-        flags = " ".join(("-Ilib/include", "-Ilib/src", "-U__SIZEOF_INT128__", *bounds))
+        flags = " ".join(
+            ("-Ilib/include", "-Ilib/src", "-DDAVAR_PORTABLE", "-U__SIZEOF_INT128__", *bounds)
+        )
         command = ["frama-c", *OPTIONS, "-wp-steps", str(steps), f"-cpp-extra-args={flags}"]
         command += ["-wp-fct", ",".join(CONTRACTS[name])]
         command += ["-wp-prop", ",".join(only)] if only else []

@@ -86,7 +86,8 @@ def prove(name, bounds=(), root=ROOT):
     # parts.
     parts = [f"-I{path.relative_to(ROOT)}" for path in sorted(ROOT.glob("addons/*/*/"))]
     flags = " ".join(
-        ("-Ilib/include", "-Ilib/src", *parts, f"-I{HERE}") + ("-U__SIZEOF_INT128__", *bounds)
+        ("-Ilib/include", "-Ilib/src", *parts, f"-I{HERE}")
+        + ("-DDAVAR_PORTABLE", "-U__SIZEOF_INT128__", *bounds)
     )
     command = ["frama-c", *OPTIONS, *proof.more, "-eva-auto-loop-unroll", str(proof.unroll)]
     command += [f"-cpp-extra-args={flags}", str(HERE / f"prove_{name}.c"), *proof.sources]
