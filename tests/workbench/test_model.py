@@ -322,7 +322,7 @@ def test_two_tabs_show_one_state_and_a_slider_is_followed(folder, opened, tabs):
     assert len(bench.ask("all")["steps"]) == 4
     size = size_of(bench)
     unfold(one, "angle_random_walk")
-    one.get_by_label("hold white noise").check()
+    one.get_by_label("hold angle random walk").check()
     one.click("#refit")
     expect(two.locator(".tread title").last).to_contain_text("Fitted around")
     assert size_of(bench) == size

@@ -121,7 +121,7 @@ def parameter_rows(model: Model, given: Model, estimates: Sequence[Estimates]) -
             unit = models.unit_said(parameter.unit, model.column)
             rows.append(
                 {
-                    "effect": words.name(term.kind),
+                    "effect": words.named(term.kind, model.column),
                     "first": index == 0,
                     "name": name,
                     "key": f"fitted.{place}.parameters.{name}",
@@ -222,7 +222,7 @@ def measured(
         "gap_note": words.gap_note(run.recording),
         "notes": [verdict.observation(one) for one in comparison.observations]
         + evidence.notes(run.recording, run.model),
-        "given_names": [words.name(kind) for kind in run.model.kinds],
+        "given_names": [words.named(kind, run.model.column) for kind in run.model.kinds],
         "comparison": comparison,
         "better": better,
         "misfit": verdict.misfit(comparison),

@@ -12,7 +12,7 @@ from ..effects import table
 from ..effects.base import Parameter
 from ..errors import printable
 from ..inference.estimate import Estimate
-from ..model import unit_said
+from ..model import ACCEL_KINDS, kind_said, unit_said
 from ..thresholds import CHANCE, SHAPE
 
 TINY = 1e-12  # below this a p-value says "never"; its digits are those of an approximation
@@ -35,7 +35,13 @@ def name(kind: str) -> str:
     return NAMES.get(kind, kind.replace("_", " "))
 
 
-def title(kind: str, parameters: Mapping[str, Any]) -> str:
+def named(kind: str, column: str) -> str:
+    """The name of an effect of a model of the column."""
+    said = kind_said(kind, column)
+    return said.replace("_", " ") if kind in ACCEL_KINDS else name(kind)
+
+
+def title(kind: str, parameters: Mapping[str, Any], column: str = "") -> str:
     """The name of one effect, with the number or the column that tells it from others of its
     kind."""
     if kind == "sinusoid":
@@ -48,7 +54,7 @@ def title(kind: str, parameters: Mapping[str, Any]) -> str:
         return f"follows {parameters['column']}"
     if kind in ("noise_follows", "line_follows"):
         return f"{kind.replace('_', ' ')} {parameters['column']}"
-    return name(kind)
+    return named(kind, column)
 
 
 def listed(kinds: Iterable[Any], shown: Callable[[Any], str] = name, joint: str = " and ") -> str:

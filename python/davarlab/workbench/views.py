@@ -123,8 +123,8 @@ def card(outcome: Outcome, place: int) -> Json:
     return {
         "place": place,
         "kind": term.kind,
-        "name": words.name(term.kind),
-        "title": words.title(term.kind, term.parameters),
+        "name": words.named(term.kind, outcome.model.column),
+        "title": words.title(term.kind, term.parameters, outcome.model.column),
         "physics": effect.physics,
         "parameters": [
             one | {"value": "withheld", "low": None, "high": None, "size": False} for one in rows
