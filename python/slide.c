@@ -331,6 +331,7 @@ static inline void deviations(slide_t *slide, size_t t, double *adev)
         squares_split(cluster, slide->block, slide->shift, &sums, adev, level);
     }
     for (size_t i = 0; i < slide->block; i++) {
+        // cppcheck-suppress uninitvar ; divide() writes it
         adev[i] = sqrt(adev[i] / sums.divisor[i]) * unit;
     }
 }
