@@ -9,14 +9,6 @@ KERNEL = "tests/kernel/test_readme.py"
 PORTING = "tests/target/test_porting.py"
 PROOFS = "tests/proofs/test_contracts.py"
 TUTORIAL = "tests/lab/test_tutorial.py"
-MAKE_COUNTS = (
-    'awk \'BEGIN { srand(1); print "time_s,freq_hz"; for (i = 0; i < 3000; i++) '
-    'printf "%d,%.7f\\n", i, 1e7 + 0.001 * (rand() + rand() + rand()) }\' >build/counter.csv'
-)
-MAKE_PHASE = (
-    "awk 'BEGIN { srand(2); for (i = 0; i < 3000; i++) "
-    'printf "%.12f\\n", 1e-9 * (rand() + rand() + rand()) }\' >build/phase.txt'
-)
 MAKE_TABLE = "tools/davarlab export build/better.toml -o build/gyro_model.csv --window 6000"
 
 
@@ -65,8 +57,6 @@ ROWS = (
     Row(r"tools/davarlab (fit|diagnose|improve) +build/rec\.csv .*", TUTORIAL),
     Row(r"tools/davarlab open", ready=r"http://127\.0\.0\.1:\d+/\?token="),
     Row(r"tools/davarlab (import|fit) LOG --sensor .*", replaced=("NAME", "sensor_gyro:0")),
-    Row(r"tools/davarlab fit build/counter\.csv .*", before=MAKE_COUNTS),
-    Row(r"tools/davarlab fit build/phase\.txt .*", before=MAKE_PHASE),
     Row(r"tools/davar-sim .* --model-table build/gyro_model\.csv", before=MAKE_TABLE),
     Row(r"cmake -S davar -B b .*", "tests/consumer/test_install.py"),
     Row(r"cmake -S \. .*|cmake --install .*|conan .*|tools/release .*", soak=True),
