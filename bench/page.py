@@ -25,8 +25,8 @@ FASTEST, WINDOWED = "davar glr", "davar fixed"
 GIVEN = "adi_imu static"  # it is told the noise at the start, so it wins nothing
 HEAD = """# davar compared with other methods
 
-This page answers: how well does davar measure the noise of a gyro, compared with what a user would
-write or use instead? It is for firmware and navigation engineers who choose a method.
+This page answers: how well does davar measure the noise of a gyro, compared with other methods that
+a user would write or take? It is for firmware and navigation engineers who choose a method.
 
 `bench/run` makes this page. It runs every method of `bench/methods` on simulated gyros whose noise
 is known, and on the recordings in `data` that state it. Methods of other projects are written from

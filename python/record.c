@@ -6,7 +6,7 @@
 #include "davar/davar.h"
 #include "davar/fit.h"
 #include "davar_python.h"
-#include "number/vectors.h"
+#include "vectors.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -8,7 +8,7 @@
 #include "slide.h"
 #include "bits.h"
 #include "number/scaled.h"
-#include "number/vectors.h"
+#include "vectors.h"
 
 #include <math.h>
 #include <stdlib.h>

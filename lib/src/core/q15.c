@@ -12,6 +12,6 @@
 
 _Static_assert(sizeof(stages_t) <= DAVAR_STAGES_BYTES(1U), "DAVAR_STAGES_BYTES is too small");
 _Static_assert((sizeof(tau_t) == 16U) && (offsetof(tau_t, head) == 8U),
-               "slide_fours, DAVAR_MEMORY");
+               "fours_avx2 and DAVAR_MEMORY count on this layout");
 
 const davar_number_t davar_number_q15 = PIPELINE_NUMBER(false);
