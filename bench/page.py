@@ -61,7 +61,8 @@ COST = """
 
 On the machine that made this page (x86-64), in white noise, pushed sample by sample. Times are
 relative to the 25 lines of C, in alternating runs: one push, and one push with an answer every 10
-samples. Valgrind counts the instructions of a push. The bytes are for one axis, with the window.
+samples. The row of these lines, measured against themselves, shows how far a time is to be trusted.
+Valgrind counts the instructions of a push. The bytes are for one axis, with the window.
 For davar they include the configuration and a plan with room for 32 cluster sizes, which
 [tools/davar-plan](../PLANNER.md) places in flash or makes smaller. [COST](../COST.md) has the
 instructions and sizes of davar on microcontrollers; the other methods were not measured there.
