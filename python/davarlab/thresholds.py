@@ -120,9 +120,9 @@ class Judge:
     )
     valid_share: float = threshold(
         0.1,
-        "share of the differences",
+        "of the share of known samples",
         "choice",
-        "in known samples, above which a window has an averaging time",
+        "that differences in known samples have, above which a window has an averaging time",
     )
     rows: int = threshold(
         16,

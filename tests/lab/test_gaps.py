@@ -117,6 +117,10 @@ def test_lines_go_on_through_the_gaps_and_their_images_do_not():
 
 def test_noise_alone_or_slow_noise_shows_no_line():
     assert sum(images.lines(*filled(seed)[:2]).any() for seed in range(20, 40)) <= 1
+    for seed in range(40, 50):  # batches, with much longer pauses
+        known = np.arange(120_000) % 4000 < 1024
+        y = known * np.random.default_rng(seed).normal(0.3, 1.0, len(known))
+        assert not images.lines(y, known).any(), seed
     for seed in range(40, 43):
         y, known, _ = filled(seed)
         walk = np.cumsum(np.random.default_rng(seed).standard_normal(len(y)))

@@ -129,7 +129,7 @@ def cells_in(
             found += [
                 cell
                 for cell, part in zip(rows, valid[row])
-                if part > JUDGE.valid_share and (state.known is None or cell.freedom > 1)
+                if enough(part, state.known) and (state.known is None or cell.freedom > 1)
             ]
     return found
 
@@ -156,7 +156,14 @@ def lost_between(known: Bools, valid: Floats) -> Bools:
     if not valid.any():
         return np.ones(valid.shape[1], bool)
     few = known.mean() < START.few_known
-    found: Bools = few & ~np.any(valid > JUDGE.valid_share, axis=0)
+    found: Bools = few & ~np.any(enough(valid, known), axis=0)
+    return found
+
+
+def enough(valid: Floats, known: Bools | None) -> Bools:
+    """Do so many of the differences of a window decide an averaging time? Where hardly any sample
+    is known, no averaging time has more of its differences."""
+    found: Bools = valid > JUDGE.valid_share * (1.0 if known is None else known.mean())
     return found
 
 

@@ -1,6 +1,7 @@
 """Missing samples: drawn from what the spectrum and the known samples leave open (DESIGN 12)."""
 
 import numpy as np
+from scipy import fft
 
 from ..arrays import Bools, Floats
 from ..data import signals
@@ -36,23 +37,36 @@ def first_level(y: Floats, known: Bools) -> Floats:
 def conditional_draw(y: Floats, known: Bools, level: Floats, rng: np.random.Generator) -> Floats:
     """y with its missing samples drawn, given the known ones and the variance `level` of each
     ordinate 1 .. n-1. Solves (12.1) by conjugate gradients: four cosine transforms an iteration."""
-    missing = ~known
-    if not missing.any():
+    if known.all():
         return y
     mean = y[known].mean()
-    level = np.concatenate([[level[0]], level])
-    pull = signals.transform(np.where(known, y - mean, 0.0)) / level
-    push = rng.standard_normal(len(y))
+    about, missing, level = extended(np.where(known, y - mean, 0.0), ~known, level)
+    pull = signals.transform(about) / level
+    push = rng.standard_normal(len(about))
     push /= np.sqrt(np.mean(push**2)) * np.sqrt(
         level
     )  # of the variance that is asked, not by chance
     # The mean and the draw apart: beside a strong slow course the fast part of a draw would be lost
     # in its tolerance.
-    drawn = y.astype(float)
-    drawn[missing] = mean + sum(
+    about[missing] = sum(
         solved(signals.inverse(one)[missing], missing, level) for one in (-pull, push)
     )
-    return drawn
+    return np.where(known, y, mean + about[: len(y)])
+
+
+def extended(values: Floats, missing: Bools, level: Floats) -> tuple[Floats, Bools, Floats]:
+    """The same for a record with missing samples behind it, up to a length whose transforms are
+    fast, and with the level of ordinate 0. A length with a large prime factor takes five times as
+    long."""
+    count = len(values)
+    length = fft.next_fast_len(count, real=True)
+    more = length - count
+    ordinates = np.arange(length) * (count / length)
+    return (
+        np.append(values, np.zeros(more)),
+        np.append(missing, np.ones(more, bool)),
+        np.interp(ordinates, np.arange(1, count), level),
+    )
 
 
 def within(x: Floats, missing: Bools, weight: Floats) -> Floats:

@@ -35,7 +35,7 @@ def without_slow(y: Floats, known: Bools, shifted: Floats) -> Floats:
     window = int(IMAGE.slow_gaps / shifted[0])
     values = np.where(known, y - y[known].mean(), 0.0)
     level, share = (
-        ndimage.uniform_filter1d(x, window, mode="nearest") for x in (values, known.astype(float))
+        ndimage.uniform_filter1d(x, window, mode="constant") for x in (values, known.astype(float))
     )
     return np.where(known, values - level / np.maximum(share, 1e-9), 0.0)
 
