@@ -16,7 +16,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#define DRAIN_MS 2000U /* without progress */
+#define DRAIN_MS 15000U /* without progress: a busy computer runs the peer late */
 #define DRAIN_STEP_MS 5
 #define DRAIN_QUIET_STEPS 10U
 #define LINE_MAX_SLCAN 32U

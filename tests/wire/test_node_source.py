@@ -2,9 +2,12 @@
 disappears.
 """
 
+import contextlib
+import os
 import random
 import re
 import subprocess
+import time
 
 import pytest
 from senders import NODE, counters
@@ -109,3 +112,28 @@ def test_torn_reads_are_gaps(torn, faults, expected):
 @pytest.mark.parametrize("count", range(4))
 def test_the_last_sample_is_not_lost(count):
     assert node(text_of(count, {}), "--skip-torn-reads")["samples"] == count
+
+
+def read_late(seconds):
+    """What a peer of davar-node receives that reads nothing for so long."""
+    words = [NODE, "--source", "-", "--rate", "100", "--lsb", "0.01", "--out", "slcan:pty"]
+    process = subprocess.Popen(words, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
+    name = re.search(rb"/dev/pts/[0-9]+", process.stderr.readline())[0]
+    peer = os.open(name, os.O_RDWR | os.O_NOCTTY)
+    process.stdin.write(b"".join(b"%d\n" % (n * n % 37) for n in range(2000)))
+    process.stdin.close()
+    time.sleep(seconds)
+    found = b""
+    with contextlib.suppress(OSError):  # the other side has been closed
+        while part := os.read(peer, 4096):
+            found += part
+    os.close(peer)
+    assert process.wait() == 0
+    process.stderr.close()
+    return found
+
+
+@pytest.mark.slow
+def test_a_peer_that_reads_late_receives_every_byte():
+    assert read_late(0.0).count(b"\r") > 10
+    assert len(read_late(5.0)) == len(read_late(0.0))
