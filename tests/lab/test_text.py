@@ -6,7 +6,7 @@ import binascii
 import functools
 import json
 import operator
-import subprocess
+import re
 
 import numpy as np
 import pytest
@@ -414,32 +414,68 @@ def test_sentences_of_another_maker_are_named_by_their_user(logs):
     logs.check_gyro(logs.imported(log, "--names", "ms,gx_dps,gy_dps,gz_dps")[1])
 
 
-TAGGED = {  # rows of two sensors; what else to type for those of one
+TAGGED = {  # rows of two sensors: text above, one of each, what to type
     "GnssLogger": (
-        "# UncalGyro,utcTimeMillis,elapsedRealtimeNanos,x,y,z\n",
+        "# Raw,utcTimeMillis,TimeNanos,x\n"
+        "# UncalGyro,utcTimeMillis,elapsedRealtimeNanos,UncalGyroXRadPerSec,UncalGyroYRadPerSec,"
+        "UncalGyroZRadPerSec\n# UncalAccel,utcTimeMillis,elapsedRealtimeNanos,x,y,z\n#\n",
         lambda n, x, y, z: f"UncalGyro,{n * 10},{n * 10**7},{x},{y},{z}\n",
         lambda n, x, y, z: f"UncalAccel,{n * 10},{n * 10**7},{x},{y},{z}\n",
-        ["--names", "_,_,t_ns,gyro_x,gyro_y,gyro_z"],
+        ["--unit", "gyro=deg/s"],
     ),
     "a column": (
         "t;sensor;x;y;z\n",
         lambda n, x, y, z: f"{n / 100:.2f};gyro dps;{x};{y};{z}\n",
         lambda n, x, y, z: f"{n / 100:.2f};accel g;{x};{y};{z}\n",
+        ["--names", "t,_,gyro_x_dps,gyro_y_dps,gyro_z_dps"],
+    ),
+    "an IMU and a GPS": (
+        "type,t,gx_dps,gy_dps,gz_dps\n",
+        lambda n, x, y, z: f"IMU,{n / 100:.2f},{x},{y},{z}\n",
+        lambda n, x, y, z: f"GPS,{n / 100:.2f},48.1,11.6\n" * (n % 10 == 5),
         [],
+    ),
+    "names for each, and a GPS that begins late": (
+        "IMU t gx_dps gy_dps gz_dps\nGPS t lat lon\n",
+        lambda n, x, y, z: f"IMU {n / 100:.2f} {x} {y} {z}\n",
+        lambda n, x, y, z: f"GPS {n / 100:.2f} 48.1 11.6\n" * (n > 700),
+        [],
+    ),
+    "more fields of the other": (
+        "",
+        lambda n, x, y, z: f"imu0\t{n / 100:.2f}\t{x}\t{y}\t{z}\n",
+        lambda n, x, y, z: f"gnss\t{n}\t1\t2\t3\t4\tfix\n" * (n % 5 == 0),
+        ["--names", "_,t,gx_dps,gy_dps,gz_dps"],
     ),
 }
 
 
 @pytest.mark.parametrize("name", TAGGED)
-def test_rows_of_several_sensors_are_split_as_the_message_says(logs, name):
-    head, gyro, accel, names = TAGGED[name]
+def test_of_rows_of_several_sensors_those_of_the_gyro_are_read(logs, name):
+    head, gyro, other, options = TAGGED[name]
     both = zip(range(COUNT), GYRO.tolist(), FORCE.tolist())
-    text = "".join(gyro(n, *rate) + accel(n, *force) for n, rate, force in both)
-    log = logs.file("my log.txt", head + text)
-    logs.rejected(log, "rows of several sensors", "Type awk")
-    command, _, new = logs.said(log).split("Type ")[1].strip().rpartition(", and use ")
-    subprocess.run(command, shell=True, cwd=logs.work, check=True)
-    logs.check_gyro(logs.imported(logs.work / new, *names, "--unit", RAW)[1])
+    text = "".join(gyro(n, *rate) + other(n, *force) for n, rate, force in both)
+    log = logs.file("log.txt", head + text)
+    logs.check_gyro(logs.imported(log, *options)[1])
+    tags = [
+        re.search("[A-Za-z][a-z0-9A-Z ]+(?=[\t,; ])", one(705, *GYRO[0]))[0]
+        for one in (gyro, other)
+    ]
+    said = logs.said(log, *options)
+    assert all(
+        f"{words} {tag.split()[0]}" in said
+        for words, tag in zip(("only the rows", "those of"), tags)
+    )
+
+
+def test_a_damaged_row_among_rows_of_several_sensors_is_an_error(logs):
+    text = "".join(
+        f"IMU,{n / 100:.2f},{x},0,0\nGPS,1,2\n" for n, x in enumerate(GYRO[:, 0].tolist())
+    )
+    log = logs.file(
+        "log.csv", "IMU,t,gx_dps,gy_dps,gz_dps\n" + text.replace("IMU,6.00,", "IMU,6.00,,,")
+    )
+    logs.rejected(log, "log.csv:1202: 7 fields")
 
 
 THOUSANDS = "".join(f"{n};{n % 7},{n % 1000:03d}\n" if n % 7 else f"{n};{n}\n" for n in range(300))

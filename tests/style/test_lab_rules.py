@@ -171,12 +171,13 @@ OTHER_NUMBERS = {
     "data/recording.py": "WRITTEN",
     "data/signals.py": "PIECE WAVE_PIECE",
     "tables/constants.py": "DEG_PER_RAD GRAVITY_MPS2 LSB_DPS TO_DPS UG_PER_MPS2",
-    "tables/dialect.py": "COLUMNS_MOST LISTED_MOST SHOWN TAGS_MOST",
+    "tables/dialect.py": "COLUMNS_MOST LISTED_MOST SHOWN",
     "tables/guess.py": "DEGREES FORCES RATES SECONDS",
     "tables/missing.py": "LISTED",
     "tables/sentences.py": "DAY_S SHOWN",
     "tables/table.py": "BLOCK_BYTES DAY_S FAR HEAD_LINES LARGEST LINE_BYTES LONG_BYTES SAFE SHOWN "
     "UNPACKED_BYTES UNPACKED_TIMES",
+    "tables/tagged.py": "TAGS_MOST",
     "effects/columns.py": "REFERENCE_DEGC",
     "effects/device.py": "BINS_MOST POLES TEXT_BYTES ZEROS",
     # Each with its data sheet.

@@ -7,8 +7,7 @@ the $ or none. The checksum is that of NMEA 0183 (two digits, exclusive or) or V
 
 import csv
 import re
-import shlex
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
@@ -69,8 +68,6 @@ STATED = re.compile(
     r"(?!\s*(?:[a-z%\u00b0]|\u00b5s))",  # FS: 2000 dps is a full scale
     re.IGNORECASE | re.ASCII,
 )
-PLAIN = re.compile(r"[\w .:/+-]+")  # what a command of a shell takes as it is
-TAGS_MOST = 12  # sensors whose rows are in one table
 SHOWN = 60  # characters of a row in a message
 
 
@@ -377,7 +374,6 @@ def sniffed(
             f"{texts[1][:SHOWN]!r}. Rows of numbers between commas, semicolons, tabs or spaces are "
             "needed"
         )
-    check_tagged(fields[body.first :], separator, [line for line, _ in rows[: body.first]], path)
     if decimal == ",":
         check_thousands([one for one in fields[body.first :] if len(one) == width], path)
     count, heads = body.count, fields[: body.first]
@@ -418,26 +414,6 @@ def sniffed(
         ended,
         said,
     )
-
-
-def check_tagged(
-    rows: Sequence[list[str]], separator: str, heads: Sequence[int], path: StrPath
-) -> None:
-    """Raises BadInput where a word in each row says of which sensor it is, and there are several;
-    heads: lines above the rows."""
-    for place, words in enumerate(zip(*rows, strict=False)):
-        met = Counter(words)
-        gyros = [one for one in met if PLAIN.fullmatch(one) and guess.in_file(one) == "gyro"]
-        if not gyros or not 1 < len(met) <= TAGS_MOST or any(is_number(one, ".") for one in met):
-            continue
-        tag = max(gyros, key=lambda one: met[one])
-        between = "" if separator == " " else f"-F{shlex.quote(separator)} "
-        kept = f'${place + 1} == "{tag}"' + "".join(f" || NR == {line}" for line in heads[-1:])
-        new = f"{tag}.csv" if re.fullmatch(r"\w+", tag) else "gyro.csv"
-        raise BadInput(
-            f"{path}: rows of several sensors ({', '.join(met)}). Type awk {between}'{kept}' "
-            f"{shlex.quote(str(path))} > {new}, and use {new}"
-        )
 
 
 def unended(fields: list[str], count: int) -> list[str]:

@@ -157,7 +157,7 @@ def without_powers(name: str) -> str:
 
 def tokens(name: str) -> list[str]:
     name = LETTER.sub(lambda found: found.group().lower(), name)
-    spaced = re.sub(r"([a-z])([A-Z])", r"\1 \2", name)
+    spaced = re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", " ", name)
     return [token for token in re.split(r"[^A-Za-z0-9]+", spaced.lower()) if token]
 
 
@@ -176,6 +176,8 @@ def quantity_of(name: str) -> str:
     ):  # t_gyro, gyro_time
         return "time"
     for quantity in ("gyro", "accel", "temp", "time"):
+        if quantity == "time" and "per" in words:  # of a rate: RadPerSec
+            continue
         if any(re.match(WORDS[quantity], word) for word in words):
             return quantity if quantity in ("temp", "time") or measured(words) else "other"
     if not axis_of(name) or not measured(words):

@@ -21,7 +21,7 @@ from .. import arrays, files
 from ..arrays import Floats, Ints
 from ..errors import BadInput
 from ..files import StrPath
-from . import dialect, guess, labelled, missing, sentences
+from . import dialect, guess, labelled, missing, sentences, tagged
 from .dialect import Dialect
 
 LARGEST = 1e30  # whose square is still a number, and which no sensor says
@@ -117,8 +117,8 @@ def text_of(row: bytes, path: StrPath) -> str:
 
 @dataclass
 class Head:
-    """The beginning of a file. notes: its `# key: value` lines; comments: (line, text) of those
-    that may be names; raw: the lines from the first that is none; start: the line of raw[0]."""
+    """The beginning of a file. notes: its `# key: value` lines; comments: (line, text) of them;
+    raw: the lines from the first that is none; start: the line of raw[0]."""
 
     notes: dict[str, str] = field(default_factory=dict)
     comments: list[tuple[int, str]] = field(default_factory=list)
@@ -153,7 +153,7 @@ def head(stream: Stream, path: StrPath, skip: int) -> Head:
         if is_comment(row):
             key, _, value = row.lstrip("#%/").partition(":")
             found.notes[key.strip()] = value.strip()
-            found.comments = [*(found.comments if rows else []), (line, row)]
+            found.comments.append((line, row))
         rows += bool(row) and not is_comment(row)
         if rows:
             found.start = found.start if found.raw else line
@@ -528,7 +528,7 @@ class Table:
     said: list[str]
     rates: list[float]
     above: list[str]
-    wire: sentences.Sentences | sentences.Monitor | labelled.Labelled | None = None
+    wire: sentences.Sentences | sentences.Monitor | labelled.Labelled | tagged.Tagged | None = None
 
     @property
     def time(self) -> str:
@@ -618,11 +618,13 @@ def read(
             sentences.sentences_in(top.raw)
             or labelled.labelled_in(top.raw)
             or sentences.monitor_in(top.raw)
+            or tagged.tagged_in(top.raw)
         )
         texts = top.raw if wire is None else wire.rows(top.raw, top.start, path)
         rows = top.rows(texts, path)
         given = wire.named(given) if wire else given
-        found = dialect.sniffed(rows, top.comments, given, path)
+        comments = wire.comments(top.comments) if isinstance(wire, tagged.Tagged) else top.comments
+        found = dialect.sniffed(rows, comments, given, path)
         line = rows[found.first][0] if found.first < len(rows) else top.start + len(top.raw)
         if isinstance(wire, labelled.Labelled):  # the first row may have begun above
             line = top.start
