@@ -1553,6 +1553,12 @@ class Guess:
     labelled: float = threshold(
         0.5, "of the samples", "choice", "that have a label, at least, for it to be a column"
     )
+    throttle_most: float = threshold(
+        2500.0,
+        "us",
+        "choice",
+        "of a throttle command, which ends at 2000: above it, a blackbox log is in tenths",
+    )
     few_thousands: int = threshold(
         3, "fields", "choice", "that look like thousands, from which it is no chance"
     )

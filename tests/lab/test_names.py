@@ -1,5 +1,7 @@
 """Names of columns and files of common loggers, and the tick of their time."""
 
+import shlex
+
 import numpy as np
 import pytest
 from asking import run, said
@@ -26,27 +28,68 @@ UNIX_NS = 1_742_324_422_348_709_600 + NS
 UNIX = ("Sensor Logger", "Sensor Logger, uncalibrated")
 
 
-def test_of_a_blackbox_log_the_gyro_in_front_of_the_filters_is_read(logs):
-    """As blackbox_decode writes it: whole deg/s, and a throttle."""
-    whole = np.round(30 * GYRO)
-    heads = [f"{one}[{axis}]" for one in ("axisP", "gyroADC", "gyroUnfilt") for axis in range(3)]
-    columns = (
-        np.arange(COUNT),
-        US,
-        *np.ones((3, COUNT)),
-        *np.ones((3, COUNT)),
-        *whole.T,
-        1500 + US,
-    )
+BLACKBOX = {  # name of the gyro before its filters, tenths, text above
+    "Betaflight": ("gyroUnfilt", False, ""),
+    "INAV": ("gyroRaw", False, ""),
+    "Rotorflight": ("gyroRAW", False, ""),
+    "high resolution": ("gyroUnfilt", True, ""),
+    "high resolution in the header": ("gyroUnfilt", True, '"blackbox_high_resolution",1\n'),
+}
+
+
+@pytest.mark.parametrize("name", BLACKBOX)
+def test_of_a_blackbox_log_the_gyro_before_the_filters_is_read(logs, name):
+    """As blackbox_decode writes it: whole deg/s, or tenths with the throttle; or as the Explorer
+    does, with a header."""
+    raw, tenths, above = BLACKBOX[name]
+    whole, scale = np.round(30 * GYRO), 10 if tenths else 1
+    heads = [f"{one}[{axis}]" for one in ("axisP", "gyroADC", raw) for axis in range(3)]
+    throttle = (1500 + np.arange(COUNT) % 100) * scale
+    heads += ["motor[0]" if above else "rcCommand[3]"]
     log = logs.file(
-        "LOG.csv", f"loopIteration,time (us),{','.join(heads)},throttle\n{rows(*columns)}"
+        "LOG.csv",
+        f"{above}loopIteration,time (us),{','.join(heads)}\n"
+        + rows(np.arange(COUNT), US, *np.ones((6, COUNT)), *scale * whole.T, throttle),
     )
     _, found = logs.imported(log)
-    for axis, name in enumerate("xyz"):
-        np.testing.assert_array_equal(np.float64(found[f"gyro_{name}_dps"]), whole[:, axis])
-    assert "deg/s by the documentation of Betaflight" in logs.said(log)
-    assert "throttle" in found
-    assert set(logs.imported(log, "--sensor", "gyroADC[]")[1]["gyro_x_dps"]) == {"1"}
+    for axis, one in enumerate("xyz"):
+        np.testing.assert_allclose(np.float64(found[f"gyro_{one}_dps"]), whole[:, axis], atol=1e-6)
+    said = logs.said(log)
+    unit = "0.1 deg/s by" if tenths else "deg/s by the documentation of Betaflight"
+    assert f"{raw}[0] -> gyro_x_dps, {unit}" in said
+    assert "doubtful" not in said
+    assert heads[-1] in found
+    filtered = logs.imported(log, "--sensor", "gyroADC[]")[1]["gyro_x_dps"]
+    assert set(np.float64(filtered)) == {1 / scale}
+    assert "doubtful" not in logs.said(logs.out, "--sensor", "recording")
+
+
+def test_a_blackbox_log_in_radians_and_its_debug_mode(logs):
+    """blackbox_decode --unit-rotation rad/s; and debug_mode = GYRO_SCALED, by names that are
+    typed."""
+    heads = [f"gyroADC[{axis}] (rad/s)" for axis in range(3)]
+    debug = [f"debug[{axis}]" for axis in range(4)]
+    log = logs.file(
+        "LOG.csv",
+        f"time (us),{','.join(heads)},{','.join(debug)},rcCommand[3]\n"
+        + rows(US, *10 * RADIANS.T, *np.round(GYRO * 30).T, STEPS, np.full(COUNT, 15_000)),
+    )
+    logs.check_gyro(logs.imported(log)[1])
+    named = [("--rename", f"debug[{axis}]=debug_gyro_{one}_dps") for axis, one in enumerate("xyz")]
+    options = [word for pair in named for word in pair]
+    found = logs.imported(log, *options, "--sensor", "debug_gyro__dps")[1]
+    np.testing.assert_array_equal(np.float64(found["gyro_z_dps"]), np.round(30 * GYRO[:, 2]))
+
+
+@pytest.mark.parametrize("file", ["LOG 1.bbl", "log.bfl", "LOG00001.TXT"])
+def test_a_packed_blackbox_log_is_rejected_with_the_command_that_decodes_it(logs, file):
+    head = b"H Product:Blackbox flight data recorder by Nicholas Sherlock\nH Data version:2\n"
+    log = logs.work / file
+    log.write_bytes(head + bytes(range(256)) * 100)
+    logs.rejected(log, "a packed Blackbox log. Type blackbox_decode --unit-rotation deg/s")
+    command, _, decoded = logs.said(log).strip().split(" Type ")[1].rpartition(", and use ")
+    assert shlex.split(command)[-1] == str(log)
+    assert decoded == f"{log.with_suffix('')}.01.csv"
 
 
 KNOWN = {  # (file, names, columns): x, y, z of GYRO

@@ -17,12 +17,16 @@ CONFIRM = "--as-recorded"  # with which a user says that all of it is right
 
 
 def doubts(
-    columns: Mapping[str, Floats], rate_hz: float, known: Bools | None, gyros: Iterable[str]
+    columns: Mapping[str, Floats],
+    rate_hz: float,
+    known: Bools | None,
+    gyros: Iterable[str],
+    whole: bool = False,
 ) -> list[str]:
     """What is implausible about a recording, a sentence each with the next step. columns: name ->
     numbers in the unit of the name; known: True where a sample is there, None: everywhere; gyros:
-    the names of the gyro columns to look at. Cost: a few passes over the first `looked_at`
-    samples."""
+    the names of the gyro columns to look at; whole: their log rounds to whole units. Cost: a few
+    passes over the first `looked_at` samples."""
     there = slice(None) if known is None else known[: PLAUSIBLE.looked_at]
     columns = {name: column[: PLAUSIBLE.looked_at][there] for name, column in columns.items()}
     gyros = list(gyros)
@@ -35,7 +39,7 @@ def doubts(
             said
             for said in (
                 level(name, x),
-                counted(name, x),
+                None if whole else counted(name, x),
                 noise(name, x, rate_hz),
                 radians(name, x),
             )
@@ -52,7 +56,8 @@ def of_recording(recording: Recording, columns: Iterable[str] | None = None) -> 
     gyros = [name for name in columns or recording.columns if name.endswith(("_dps", "_rad_s"))]
     unsure = [one for of, one in recording.doubts.items() if of != "gyro" or gyros]
     rate_hz = recording.read_hz or recording.rate_hz
-    return [*unsure, *doubts(recording.columns, rate_hz, recording.known, gyros)]
+    whole = bool(guess.BLACKBOX.search(recording.notes.get("source", "")))
+    return [*unsure, *doubts(recording.columns, rate_hz, recording.known, gyros, whole)]
 
 
 def note(columns: Mapping[str, Floats], rate_hz: float) -> str | None:

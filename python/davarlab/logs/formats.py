@@ -46,6 +46,15 @@ def by(module: str, name: str, extra: str = "logs") -> Reader:
     return read
 
 
+def blackbox(path: StrPath, options: Options) -> Log:
+    """Raises BadInput: the Python library that reads a packed log is under the GPL."""
+    name = Path(path)
+    raise BadInput(
+        f"{path}: a packed Blackbox log. Type blackbox_decode --unit-rotation deg/s "
+        f"{shlex.quote(str(path))}, and use {name.with_name(name.stem)}.01.csv"
+    )
+
+
 ROS, HDF5_FILE = by("ros", "Log"), by("matlab", "hdf5")
 # (how it begins, its name, who reads it)
 FORMATS = (
@@ -59,6 +68,7 @@ FORMATS = (
     (b"\x93NUMPY", "NumPy npy", by("arrays", "npy", "lab")),
     (b"PK\x03\x04", "NumPy npz", by("arrays", "npz", "lab")),
     (b"PAR1", "Parquet", by("arrays", "table", "lab")),
+    (b"H Product:Blackbox", "Blackbox", blackbox),
 )
 HDF5 = b"\x89HDF\r\n\x1a\n"  # at the beginning, or behind the 512 bytes of MATLAB 7.3
 ENDINGS = {
@@ -274,7 +284,7 @@ def understood(found: Samples, made: Recording, count: int, rate_hz: float | Non
 def doubts(found: Samples, rate_hz: float) -> list[str]:
     """What is implausible about Samples, before they are on a grid."""
     return plausible.of_recording(
-        recordings.Recording(found.columns, rate_hz, doubts=doubted(found))
+        recordings.Recording(found.columns, rate_hz, notes=found.notes, doubts=doubted(found))
     )
 
 

@@ -25,7 +25,8 @@ RATE = re.compile(
     r"^(fs|rate|rate_hz|sample_rate|sampling_rate|freq|frequency|fsamp|sr)$", re.IGNORECASE
 )
 TICKS = {unit: round(size * 1e9) for unit, size in guess.SECONDS.items()}  # nanoseconds
-UNFILTERED, FILTERED = "gyroUnfilt", "gyroADC"  # of a blackbox log: the first is chosen
+# Of a blackbox log: one of the first is chosen.
+UNFILTERED, FILTERED = ("gyroUnfilt", "gyroRaw", "gyroRAW"), "gyroADC"
 UNKNOWN = " as gyro"  # of an array that may be anything
 FOREIGN = ("datetime64", "timedelta64")
 

@@ -13,6 +13,7 @@ from ..errors import BadInput
 from ..files import StrPath
 from ..tables import guess, table
 from ..tables.constants import TO_DPS
+from ..thresholds import GUESS
 from . import hint, named
 from .options import Options
 from .sensor import Samples, Sensor
@@ -20,6 +21,8 @@ from .sensor import Samples, Sensor
 CHANGES_LEAST = 20  # of coarse stamps: with fewer, the rate would be off by more than 5 %
 COUNTS = "counts"  # of whatever unit: the factor decides
 GYROFLOW, FACTORS = "GYROFLOW IMU LOG", {"tscale": 0.001, "gscale": 1.0, "ascale": 1.0}
+TENTHS = re.compile(r'"?blackbox_high_resolution\W+1\b')  # above a table of Blackbox Explorer
+THROTTLE = "rcCommand[3]"  # of Betaflight, from 1000 to 2000
 ACCEL = re.compile(r"accel_[xyz]_(g|mg|m_s2|mps2)")
 
 
@@ -180,9 +183,29 @@ def rate_of(found: table.Table, units: Sequence[str]) -> str:
     return f"{1 / usual:.6g}" if usual > 0 and (factor or not one.doubt) else ""
 
 
+def in_tenths(found: table.Table) -> guess.Known:
+    """The units of a decoded blackbox log that Betaflight wrote with its option
+    blackbox_high_resolution: gyro and stick commands are in tenths. The option is stated above the
+    table, or is seen by a throttle above 2000."""
+    stated = any(map(TENTHS.match, found.above))
+    throttle = found.columns.get(THROTTLE)
+    if not stated and (throttle is None or np.max(throttle) <= GUESS.throttle_most):
+        return {}
+    by = "its header" if stated else THROTTLE
+    known = {}
+    for name in found.columns:
+        if guess.BLACKBOX.fullmatch(name.partition(" ")[0]):
+            unit = guess.said_unit(name.partition(" ")[2], "gyro") or "deg/s"
+            factor = guess.RATES[unit] / 10
+            known[name] = f"0.1 {unit}", factor, f"by {by}, which shows blackbox_high_resolution"
+    return known
+
+
 def known_of(found: table.Table) -> guess.Known:
     """The units that a file states by other than names: dates are in seconds, and the log of
     Gyroflow (.gcsv) has factors to seconds, rad/s and g above its table."""
+    if any(guess.BLACKBOX.match(name) for name in found.columns):
+        return in_tenths(found)
     if found.form.kind in ("date", "clock"):
         return {found.time: ("s", 1.0, "as it is written")}
     if not (found.above and found.above[0].startswith(GYROFLOW)):

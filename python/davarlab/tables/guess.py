@@ -36,8 +36,9 @@ AXES = {
     "pitch": "y",
     "yaw": "z",
 }
-# A decoded blackbox log: the gyro behind its filters and in front of them, whole deg/s.
-BLACKBOX = re.compile(r"gyro(ADC|Unfilt)\[[012]\]")
+# A decoded blackbox log: the gyro after its filters (ADC) and before them (Unfilt of Betaflight,
+# Raw of INAV, RAW of Rotorflight), whole deg/s; without a place, all three axes.
+BLACKBOX = re.compile(r"gyro(ADC|Unfilt|Raw|RAW)\[[012]?\]")
 TICK_OF_XSENS = "sampletimefine"  # of an MTi 0.1 ms, of a Movella DOT 1 us
 WORDS = {
     "time": r"^(time|times|zeit|tiempo|tempo|datetime|timestamp|stamp|t|clock|elapsed|secs?|seconds"
