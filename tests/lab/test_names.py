@@ -193,6 +193,11 @@ KNOWN = {  # (file, names, columns): x, y, z of GYRO
         "roll_rate (deg/s),pitch_rate (deg/s),yaw_rate (deg/s)",
         (TIME, *OTHER.T, *GYRO.T),
     ),
+    "Inertial Sense": (
+        "LOG_SN30664_PIMU.csv",
+        "time,pqr[0],pqr[1],pqr[2],acc[0],acc[1],acc[2]",
+        (TIME, *RADIANS.T, *MPS2.T),
+    ),
     "p, q, r beside a quaternion": (
         "log.csv",
         "t,q[0],q[1],q[2],p (deg/s),q (deg/s),r (deg/s)",

@@ -397,7 +397,7 @@ def test_regular_blocks_are_named_with_what_to_do():
 
 
 def clock_of(time):
-    return clock.found(time, None, "r", 1)
+    return clock.analysed(clock.found(time, None, "r", 1), "r")
 
 
 def test_gaps_that_recur_keep_their_length_however_many_samples_are_lost():

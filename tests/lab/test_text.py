@@ -7,6 +7,7 @@ import functools
 import json
 import operator
 import re
+import subprocess
 
 import numpy as np
 import pytest
@@ -476,6 +477,35 @@ def test_a_damaged_row_among_rows_of_several_sensors_is_an_error(logs):
         "log.csv", "IMU,t,gx_dps,gy_dps,gz_dps\n" + text.replace("IMU,6.00,", "IMU,6.00,,,")
     )
     logs.rejected(log, "log.csv:1202: 7 fields")
+
+
+def test_rows_that_look_like_comments_are_read_as_the_message_says(logs):
+    """NovAtel: # or % before each row, ; behind its header."""
+    text = "".join(
+        f"%RAWIMUSA,1105,{n / 100:.2f};{n / 100:.2f},{x},{y},{z}*5aa9\n"
+        for n, (x, y, z) in enumerate(GYRO.tolist())
+    )
+    log = logs.file("my log.asc", text)
+    logs.rejected(log, "all lines are comments", "type tr")
+    command, _, new = logs.said(log).split("type ")[1].strip().rpartition(", and use ")
+    subprocess.run(command, shell=True, cwd=logs.work, check=True)
+    names = ("--names", "_,_,_,t,gx_dps,gy_dps,gz_dps,_")
+    logs.check_gyro(logs.imported(logs.work / new, *names)[1])
+
+
+def test_a_binary_file_of_no_known_format_is_named(logs):
+    for head in (b"\xfa\xff\x3e\x00", b"\xb5\x62\x10\x02\x00", b"MAGIC\0"):
+        log = logs.work / "MT_1.mtb"
+        log.write_bytes(head * 500)
+        logs.rejected(log, "a binary file of a format that davarlab does not read", "Export it")
+
+
+def test_a_value_of_a_column_beside_it_that_is_too_large_has_a_way_on(logs):
+    values = ["1.797e308" if n == 700 else "1" for n in range(COUNT)]
+    log = logs.file("log.csv", f"time_s,{OWN},gain\n" + rows(TIME, *GYRO.T, values))
+    logs.rejected(log, "column gain: not a finite number", "To do without this column")
+    typed = logs.said(log).split("--names ")[1].split()[0]
+    logs.check_gyro(logs.imported(log, "--names", typed.strip("'"))[1])
 
 
 THOUSANDS = "".join(f"{n};{n % 7},{n % 1000:03d}\n" if n % 7 else f"{n};{n}\n" for n in range(300))

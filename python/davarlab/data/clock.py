@@ -147,16 +147,20 @@ def longest_kept(gaps: Ints, count: int) -> int:
     return longest
 
 
-def check_recurrent(kept: Ints, count: int, period: float, path: StrPath) -> None:
-    """Gaps that recur and hold nearly all of the time leave no record to analyse."""
+def analysed(clock: Clock, path: StrPath) -> Clock:
+    """The clock. Raises BadInput where gaps that recur and hold nearly all of the time leave no
+    record to analyse."""
+    if clock.places is None:
+        return clock
+    kept, count = np.diff(clock.places) - 1, len(clock.places)
     lost = int(kept.sum())
     if held(lost, count):
-        return
+        return clock
     raise BadInput(
         f"{path}: column time_s: {np.count_nonzero(kept)} gaps of up to "
-        f"{kept.max() * period:.4g} s leave {100 * count / (count + lost):.2g} % of the samples; "
-        f"at least {100 / (STAMPS.recurrent_most + 1):.2g} % are needed. Read the sensor without "
-        "pauses"
+        f"{kept.max() / clock.rate_hz:.4g} s leave {100 * count / (count + lost):.2g} % of the "
+        f"samples; at least {100 / (STAMPS.recurrent_most + 1):.2g} % are needed for an analysis. "
+        "Record with shorter pauses (ArduPilot: fewer sensors in INS_LOG_BAT_MASK)"
     )
 
 
@@ -182,7 +186,7 @@ def found(stamps: Floats, rate_hz: float | None, path: StrPath, line: int | None
     if wandering(steps, np.diff(lost), period):
         return without_places(stamps, rate_hz, path)
     period = straightened(steps, period, lost)
-    return with_places(steps, period, lost, agreed(rate_hz, 1.0 / period, path), path)
+    return with_places(steps, period, lost, agreed(rate_hz, 1.0 / period, path))
 
 
 def wandering(steps: Floats, gaps: Ints, period: float) -> bool:
@@ -213,11 +217,10 @@ def without_places(stamps: Floats, rate_hz: float | None, path: StrPath) -> Cloc
     return Clock(rate, places, "uneven", (), float(late.std()), rows)
 
 
-def with_places(steps: Floats, period: float, lost: Ints, rate: float, path: StrPath) -> Clock:
+def with_places(steps: Floats, period: float, lost: Ints, rate: float) -> Clock:
     gaps = np.diff(lost)
     longest = longest_kept(gaps, len(lost))
     kept = np.minimum(gaps, longest)
-    check_recurrent(kept, len(lost), period, path)
     places = np.concatenate([[0], np.cumsum(1 + kept)])
     cut = tuple(
         (int(places[i + 1]), float((gaps[i] - longest) * period))
@@ -241,5 +244,5 @@ def behind_repeats(time: Floats, rate_hz: float, share: float, path: StrPath) ->
     if gathered(steps) < STAMPS.memoryless:
         own = len(steps) / float(time[-1] - time[0])
         return Clock(own) if own < (1 - share / 2) * rate_hz else None
-    clock = found(time, None, path, 1)
+    clock = analysed(found(time, None, path, 1), path)
     return clock if clock.rate_hz < STAMPS.slower * rate_hz and clock.kind == "even" else None

@@ -162,7 +162,7 @@ def clock_of(
     places: Ints | None,
 ) -> Clock:
     if "time_s" in columns:
-        return clock.found(columns["time_s"], rate_hz, path, line)
+        return clock.analysed(clock.found(columns["time_s"], rate_hz, path, line), path)
     if not rate_hz:
         raise BadInput(f"{path}: {no_time(columns)}")
     return Clock(float(rate_hz), places)

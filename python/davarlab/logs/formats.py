@@ -70,6 +70,7 @@ FORMATS = (
     (b"PAR1", "Parquet", by("arrays", "table", "lab")),
     (b"H Product:Blackbox", "Blackbox", blackbox),
 )
+GZIP = b"\x1f\x8b"
 HDF5 = b"\x89HDF\r\n\x1a\n"  # at the beginning, or behind the 512 bytes of MATLAB 7.3
 ENDINGS = {
     ".ulg": "PX4 ULog",
@@ -111,6 +112,11 @@ def format_of(path: StrPath) -> tuple[str, Reader]:
                 if not head
                 else f"not {said}, in spite of its name: it begins with {shown(head[:8])}"
             )
+        )
+    if not found and b"\0" in head and not head.startswith((GZIP, *tables.UTF_16)):
+        raise BadInput(
+            f"{path}: a binary file of a format that davarlab does not read (it begins with "
+            f"{shown(head[:8])}). Export it as CSV or text with the program of its maker"
         )
     return found or ("CSV", text.log)
 

@@ -45,7 +45,7 @@ WORDS = {
     r"|us|ms|ns|[umn]secs?|micros|millis|nanos|(micro|milli|nano)sec(ond)?s?|chiptime|gpst|tow"
     r"|sow)$",
     "gyro": r"^([xyz]?(gyr|gyros?|giro|gyroscope)\d*[xyz]?\d*|[gw][xyz]\d*|w|omega[xyz]?\d*"
-    r"|angvel[xyz]?|angular|wb|rate|(roll|pitch|yaw)(speed|rate))$",
+    r"|angvel[xyz]?|angular|pqr|wb|rate|(roll|pitch|yaw)(speed|rate))$",
     "accel": r"^([xyz]?(acc|accel|accelerometer|acceleration)\d*[xyz]?\d*|a[xyz]\d*|a|fb"
     r"|specific)$",
     "temp": r"^(temp|temps|temperature|temperatura|degc|celsius|imutemp)$",

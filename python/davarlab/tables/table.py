@@ -161,6 +161,11 @@ def head(stream: Stream, path: StrPath, skip: int) -> Head:
             size += len(raw)
         if rows == HEAD_LINES or size > LINE_BYTES:
             break
+    if not rows and found.comments:
+        raise BadInput(
+            f"{path}: all lines are comments, which begin with # or %. If they are rows (NovAtel), "
+            f"type tr -d '#%' < {shlex.quote(str(path))} | tr ';*' , > NEW.csv, and use NEW.csv"
+        )
     if not rows:
         raise BadInput(f"{path}: no header row and no samples")
     return found
@@ -469,7 +474,9 @@ def numbers(fields: Sequence[str], form: Form, where: StrPath) -> Floats:
                 f"{where}: column {name}: not a number: {text[:SHOWN]!r}{way_on(name, form)}"
             ) from None
         if not abs(values[-1]) < LARGEST:
-            raise BadInput(f"{where}: column {name}: not a finite number below {LARGEST:g}")
+            raise BadInput(
+                f"{where}: column {name}: not a finite number below {LARGEST:g}{way_on(name, form)}"
+            )
     return np.array(values)
 
 
