@@ -79,10 +79,12 @@ UINT32_MAX = 0xFFFFFFFF
 
 @cache
 def calls() -> ctypes.CDLL:
-    """Loads the library from this folder, or from DAVAR_LIBRARY. Raises ImportError."""
-    path = os.environ.get("DAVAR_LIBRARY") or next(
-        map(str, Path(__file__).parent.glob("libdavar_python.*")), ""
-    )
+    """Loads the library from DAVAR_LIBRARY, from this folder, or from the build of a checkout.
+    Raises ImportError."""
+    here = Path(__file__).resolve().parent
+    folders = here, here.parents[1] / "build/tools/python"
+    built = (str(one) for folder in folders for one in folder.glob("libdavar_python.*"))
+    path = os.environ.get("DAVAR_LIBRARY") or next(built, "")
     try:
         if not path:
             raise OSError(f"no libdavar_python next to {__file__}")

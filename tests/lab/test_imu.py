@@ -120,12 +120,14 @@ def test_picks_of_a_fast_sensor_are_upper_limits(lab):
     assert "Rate: at 1 Hz" in said
 
 
-def test_noise_that_no_sensor_at_rest_has_is_motion(lab):
+def test_noise_that_no_sensor_at_rest_has_is_motion_and_needs_no_simulator(lab, monkeypatch):
+    monkeypatch.setenv("DAVAR_SIM", "/nonexistent")  # a wheel has none
     rng = np.random.default_rng(7)
     columns = {"time_s": np.arange(12000) / 100.0}
     columns["gyro_z_dps"] = 30.0 / 60 * 10 * rng.standard_normal(12000)
     said = run("imu", lab_bench.write_csv(lab.work / "loud.csv", columns)).stdout
     assert "no value at rest: an angle random walk of " in said
+    assert "noise between rotor lines and motion" in said
 
 
 def test_a_doubtful_unit_gives_a_moving_gyro_no_floor(lab):

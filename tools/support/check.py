@@ -21,7 +21,7 @@ PARTS: dict[str, dict[str, Any]] = tomllib.loads((TESTS / "parts.toml").read_tex
 BASE = ["gcc", "libc6-dev", "make", "cmake", "zlib1g-dev", "python3", "python3-venv", "ccache"]
 BASE += ["pkg-config", "libgpiod-dev"]
 # The programs behind the commands in tools/; "all" also builds the benchmark.
-QUICK_TOOLS = ("davar-sim", "davar-plan", "davar-promise", "davar_lab")
+QUICK_TOOLS = ("davar-sim", "davar-plan", "davar-promise", "davar_lab", "davar_python")
 ALL_TOOLS = (*QUICK_TOOLS, "davar-node", "all")
 WORKERS = (os.cpu_count() or 2) + 1  # one more than cores: some tests wait for a clock or a page
 

@@ -1,20 +1,18 @@
 """imu: the numbers that a filter wants, of every axis of a log, in one table and one file."""
 
 import argparse
-import csv
-import io
 import json
 import os
-import subprocess
-import tempfile
+import warnings
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
+import davar
 import numpy as np
 
-from .. import axes, files, places
+from .. import axes, files
 from .. import model as models
 from ..data.recording import Recording
 from ..diagnosis import fitting, improve, search
@@ -28,7 +26,6 @@ from . import option_types
 from .shared import LOG, REC, Command, argument, emit, log_options, progress, recorded
 
 DATA = "json"  # of --to: what --json prints
-SIMULATOR = "DAVAR_SIM"  # environment variable with the path of davar-sim
 STRIDE_S = 0.5  # between two windows of a flight
 LOUD = 10.0  # deg/sqrt(h), of no MEMS gyro at rest: four times that of a noisy one
 WHITE = "coefficient_deg_per_sqrt_h"  # of angle random walk, the first effect of a model
@@ -78,32 +75,21 @@ def at_95(reading: Reading) -> Value:
 
 
 def flown(recording: Recording, column: str, bandwidth: str) -> list[float]:
-    """The floor of each window, by davar-sim. Raises BadInput where it is not there, or fails."""
-    program = os.environ.get(SIMULATOR) or places.shared("build/tools/host_sim/davar-sim")
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "flight.csv"
-        there = slice(None) if recording.known is None else recording.known
-        rows = np.column_stack([recording.time_s, recording.columns[column]])[there]
-        np.savetxt(path, rows, "%.9f", ",", header=f"time_s,{column}", comments="")
-        stride = max(1, round(STRIDE_S * recording.rate_hz))
-        typed = ["--floor", "--bandwidth", bandwidth, "--stride", str(stride), "--out", "csv"]
-        try:
-            done = subprocess.run(
-                [str(program), str(path), "--column", column, *typed],
-                capture_output=True,
-                text=True,
-                check=False,
+    """The floor of each window. Raises BadInput for a filter that davar does not take."""
+    there = slice(None) if recording.known is None else recording.known
+    try:
+        # Windows in which motion hides ARW are no news here.
+        with warnings.catch_warnings(action="ignore", category=UserWarning):
+            found = davar.dynamic(
+                np.asarray(recording.columns[column][there], np.float64),
+                time_s=recording.time_s[there],
+                bandwidth=bandwidth,
+                stride=max(1, round(STRIDE_S * recording.rate_hz)),
+                floor=True,
             )
-        except OSError as why:
-            raise BadInput(
-                f"{program}: {why.strerror or why}. It measures the noise of a recording in motion "
-                f"(set {SIMULATOR} to the path of davar-sim)"
-            ) from None
-    if done.returncode:
-        lines = done.stderr.strip().splitlines() or [f"exit status {done.returncode}"]
-        raise BadInput(f"davar-sim, of {column}: {lines[-1]}")
-    found = csv.DictReader(io.StringIO(done.stdout))
-    return [float(row["floor_deg_per_sqrt_h"]) for row in found if row["floor_why"] == "0"]
+    except ValueError as why:
+        raise BadInput(f"noise of {column} in motion: {why}") from None
+    return [float(one) for one in found.floor_deg_per_sqrt_h[found.floor_why == 0]]
 
 
 def output_of(options: argparse.Namespace) -> str | None:
