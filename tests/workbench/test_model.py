@@ -117,15 +117,24 @@ def contested(folder):
     return "rec.csv"
 
 
-def test_an_effect_with_which_the_error_rises_is_not_offered(folder, opened, tabs):
-    page = tabs.open(opened(contested(folder)))
-    altered(page, re.compile("/api/candidate_preview"), lambda _, answer: {**answer, "error": 1.0})
+@pytest.mark.parametrize("times, offered", [(1.0, 1), (1.02, 0)])
+def test_what_speaks_against_a_fit_is_proposed_unless_the_error_rises(
+    folder, opened, tabs, times, offered
+):
+    bench = opened(contested(folder))
+    page = tabs.open(bench)
+    altered(
+        page,
+        re.compile("/api/candidate_preview"),
+        lambda _, answer: {**answer, "error": times * bench.ask("step")["error"]},
+    )
     with page.expect_response(re.compile("/api/candidate_preview")):
         page.select_option("#axis", "gyro_z_dps")
     expect(page.locator("#contrary")).to_contain_text("vbat_V, p")
     page.wait_for_timeout(300)
-    expect(page.locator("#contrary button, #next .best")).to_have_count(0)
-    expect(page.locator("#to-held-out")).to_be_visible()
+    for where in ("#contrary button", "#next .best button"):
+        expect(page.locator(where)).to_have_count(offered)
+    expect(page.locator("#to-held-out")).to_have_count(1 - offered)
 
 
 def test_a_fit_that_a_candidate_contradicts_is_nowhere_green(folder, opened, tabs):

@@ -1,7 +1,7 @@
 // The headline, always in this order: what fits and over which times, what was not tested, what speaks against it. Beside it, the error over
 // its floor. Every sentence is the server's.
 import { gauge, reach } from "/page/chart/gauge.js";
-import { errorWith } from "/page/parts/next.js";
+import { helps } from "/page/parts/next.js";
 import { acting, at, now } from "/page/now.js";
 import { element, errorText, fill } from "/page/words.js";
 
@@ -10,7 +10,6 @@ export const settled = () =>
     now.view.adequate && Boolean(now.answer) && !now.answer.against.length && !contrary();
 // What else speaks against it: the residual, and the recording that is held out.
 const contrary = () => [now.view.against, now.fails].filter(Boolean).join("; ");
-const STEADY = 1.005; // times the error: less is not seen
 const MEANS =
     "The error is the rms of log10(measured / model) over every window and averaging time. The error of a true model scatters around the floor: below it, nothing is left to explain. The floor changes a little from step to step, because the scatter of an Allan deviation depends on the noise in the model.";
 
@@ -42,7 +41,7 @@ function against() {
         lacking = answer?.candidates.find(
             (one) => one.beyond_chance && !one.doubt && one.kind === answer.against[0],
         ),
-        better = lacking && errorWith(lacking) <= STEADY * view.error,
+        better = lacking && helps({ one: lacking }),
         said = [answer?.lacks, contrary()].filter(Boolean).join("; ");
     if (said)
         return [

@@ -10,7 +10,8 @@ import { capital, element, errorText, fill } from "/page/words.js";
 const CARDS = 3,
     FIRST = 6, // effects whose errors are computed for the cards
     PAIRED = 3, // of which pairs are tried, if none of them helps
-    HELPS = 0.99; // times the error: less is not seen
+    HELPS = 0.99, // times the error: less is not seen
+    STEADY = 1.005; // the same of an error that does not rise
 const ALIKE = 3,
     NEAR = 30; // in units of the log-likelihood
 let foreseen = new Map(); // key of a card -> error and curve with its effect, or its two
@@ -75,8 +76,10 @@ function trying(what, found = []) {
 // A card is a candidate, others of the same physics, and perhaps a candidate that joins with it (also).
 const key = ({ one, also }) => (also ? `${one.place} ${also.place}` : String(one.place));
 const errorOf = (card) => foreseen.get(key(card))?.error;
-export const errorWith = (one) => errorOf({ one });
-const helps = (card) => errorOf(card) <= HELPS * now.view.error;
+
+// Is an effect proposed: it lowers the error. Of what speaks against a model that fits, the error need not fall.
+export const helps = (card) =>
+    errorOf(card) <= (now.answer.against.includes(card.one.kind) ? STEADY : HELPS) * now.view.error;
 
 // Candidates beyond chance that are what they seem, by cards: those of the same physics together, the one with the most evidence in front.
 export function families(found) {
