@@ -290,6 +290,36 @@ def test_a_saved_picture_has_a_title_units_and_its_source(folder, opened, tabs):
     assert saved.value.path().read_bytes().startswith(b"\x89PNG")
 
 
+# Do title and source, the last texts of a saved picture, end within it.
+WITHIN = """(text) => {
+  const box = document.createElement("div");
+  box.style.font = "12px sans-serif";
+  box.innerHTML = text;
+  document.body.append(box);
+  const ends = [...box.querySelectorAll("svg > text")].slice(-2).map((one) => one.getBBox());
+  const { width } = box.firstChild.viewBox.baseVal;
+  box.remove();
+  return ends.map((one) => one.x + one.width <= width);
+}"""
+
+
+@pytest.mark.parametrize(
+    "shown, title, drawn",
+    [("fit", "Allan deviation", "Model, in windows of"), ("columns", "Against", "vbat_V")],
+)
+def test_a_saved_picture_is_of_the_main_chart_and_whole(folder, opened, tabs, shown, title, drawn):
+    page = tabs.open(opened(contested(folder)))
+    ranked(page)
+    tab(page, shown)
+    with page.expect_download() as saved:
+        page.click("#save-svg")
+    text = saved.value.path().read_text()
+    assert title in text and drawn in text
+    if shown == "fit":  # its window
+        assert f">{page.text_content('#windows [aria-pressed=true]').strip()}<" in text
+    assert page.evaluate(WITHIN, text) == [True, True]
+
+
 def test_one_screen_holds_it_and_the_next_step_is_six_tabs_away(opened, tabs):
     page = tabs.open(opened())
     page.click("#tutorial")

@@ -316,6 +316,13 @@ export class AllanChart {
                 drawing,
                 many ? "Model, in windows of" : "Model",
             );
+            if (many)
+                svg(
+                    "text",
+                    { x: right + 10, y: stripTop + 17, class: "saved" }, // the page has buttons
+                    drawing,
+                    brief(this.length),
+                );
             cells.key(drawing, right + 10, stripTop + (many ? 30 : 8));
         }
         this.selected = svg(

@@ -61,10 +61,16 @@ export function area(X, Y, x, low, high) {
 const ABOVE = 28, // pixels for the title of a saved picture
     BELOW = 22; // and for its source
 
-// The size of a saved picture.
-function framed(drawing) {
-    const { width, height } = drawing.viewBox.baseVal;
-    return { width, height: ABOVE + height + BELOW };
+// The size of a saved picture, wide enough for its words.
+function framed(drawing, title, source) {
+    const { width, height } = drawing.viewBox.baseVal,
+        pen = document.createElement("canvas").getContext("2d");
+    pen.font = "bold 12px sans-serif";
+    const words = [title, source].map((text) => 16 + pen.measureText(text).width);
+    return {
+        width: Math.ceil(Math.max(width, ...words)),
+        height: ABOVE + height + BELOW,
+    };
 }
 
 const STYLED = ["fill", "fill-opacity", "stroke", "stroke-width", "stroke-opacity", "opacity"];
@@ -74,7 +80,7 @@ STYLED.push("font-size", "font-weight", "paint-order", "display", "visibility");
 function standalone(drawing, title, source) {
     const copy = drawing.cloneNode(true),
         page = getComputedStyle(document.documentElement),
-        { width, height } = framed(drawing),
+        { width, height } = framed(drawing, title, source),
         from = drawing.querySelectorAll("*");
     copy.querySelectorAll("*").forEach((one, i) => {
         const style = getComputedStyle(from[i]);
@@ -83,6 +89,7 @@ function standalone(drawing, title, source) {
             one.style.setProperty(name, style.getPropertyValue(name));
         }
     });
+    for (const one of copy.querySelectorAll(".saved")) one.style.visibility = "visible";
     copy.setAttribute("xmlns", "http://www.w3.org/2000/svg");
     copy.setAttribute("viewBox", `0 ${-ABOVE} ${width} ${height}`);
     copy.setAttribute("width", width);
@@ -110,7 +117,7 @@ export async function save(drawing, { name, title, source }, kind) {
         return;
     }
     const picture = new Image(),
-        { width, height } = framed(drawing),
+        { width, height } = framed(drawing, title, source),
         paper = document.createElement("canvas");
     picture.src = address;
     await picture.decode();

@@ -3,7 +3,8 @@ import { clockMarks, marks, scale, spread, timeMarks } from "/page/chart/scale.j
 import { area, canvas, line, svg } from "/page/chart/svg.js";
 import { number } from "/page/words.js";
 
-const PHONE = 560;
+const PHONE = 560,
+    LETTER = 7; // pixels of a figure
 const finite = (values) =>
     values.filter((value) => value !== null && value !== undefined && Number.isFinite(value));
 
@@ -36,7 +37,6 @@ export function xy(
     if (!made) return null;
     const { drawing, width, height } = made,
         phone = width < PHONE,
-        l = phone ? 44 : 54,
         r = width - (right ?? (phone ? 10 : 150)),
         top = yAxis.title ? 23 : 12,
         bottom = height - (xAxis.hidden ? 6 : 24);
@@ -57,7 +57,12 @@ export function xy(
             yAxis.log,
             1,
         );
-    const X = scale(Boolean(xAxis.log), x0, x1, l, r),
+    const values = marks(Boolean(yAxis.log), y0, y1, Math.max(2, (bottom - top) / 40)).map(
+            ([value, text]) => ({ value, text: yAxis.text ? yAxis.text(value) : text }),
+        ),
+        widest = LETTER * Math.max(0, ...values.map(({ text }) => text.length)),
+        l = Math.max(phone ? 44 : 54, 8 + widest),
+        X = scale(Boolean(xAxis.log), x0, x1, l, r),
         Y = scale(Boolean(yAxis.log), y0, y1, bottom, top);
     const grid = svg("g", {}, drawing),
         id = `clip-${Math.random().toString(36).slice(2)}`;
@@ -79,19 +84,9 @@ export function xy(
             },
             grid,
         );
-    for (const [value, text] of marks(
-        Boolean(yAxis.log),
-        y0,
-        y1,
-        Math.max(2, (bottom - top) / 40),
-    )) {
+    for (const { value, text } of values) {
         svg("line", { x1: l, x2: r, y1: Y(value), y2: Y(value), stroke: "var(--grid)" }, grid);
-        svg(
-            "text",
-            { x: l - 6, y: Y(value) + 4, "text-anchor": "end" },
-            grid,
-            yAxis.text ? yAxis.text(value) : text,
-        );
+        svg("text", { x: l - 6, y: Y(value) + 4, "text-anchor": "end" }, grid, text);
     }
     if (!xAxis.hidden)
         for (const [value, text] of ticks(xAxis, X, Math.max(2, (r - l) / 90))) {

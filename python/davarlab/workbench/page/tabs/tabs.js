@@ -6,7 +6,7 @@ import { element } from "/page/words.js";
 let tabs = [],
     shown = null;
 
-// tabs: {id, of, title, picture (the title of a saved one), build(panel), draw(panel), zoom(factor or null to reset)}. of: the group; one without has its button elsewhere.
+// tabs: {id, of, title, picture (the title of a saved one), main (where its drawing is, if it has several), build(panel), draw(panel), zoom(factor or null to reset)}. of: the group; one without has its button elsewhere.
 export function build(all) {
     tabs = all;
     const listed = tabs.filter((one) => one.of);
@@ -57,7 +57,10 @@ export function build(all) {
     at("zoom-reset").onclick = () => {
         shown.zoom?.(null);
     };
-    const drawing = () => at(`panel-${shown.id}`).querySelector("svg:not([hidden])");
+    const drawing = () =>
+        [shown.main, `#panel-${shown.id}`]
+            .map((place) => place && document.querySelector(`${place} svg:not([hidden])`))
+            .find(Boolean);
     for (const kind of ["svg", "png"])
         at(`save-${kind}`).onclick = () =>
             drawing() && save(drawing(), picture(shown.id, shown.picture || shown.title), kind);
