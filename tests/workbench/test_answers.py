@@ -14,7 +14,9 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
+from davarlab import arrays
 from davarlab import model as models
+from davarlab.diagnosis import fitting
 from davarlab.workbench import arrivals, server
 from planner import programs
 from recordings_made import (
@@ -294,6 +296,27 @@ def test_an_effect_is_worth_what_the_error_is_without_it(folder, opened):
     assert [one["kind"] for one in step["off"]] == ["rate_ramp"]
     bench.done("restore", place=0)
     assert sizes(bench.ask("step"))["rate_ramp"][0] == close(card["parameters"][0]["value"], 1e-3)
+
+
+def test_a_ranking_of_a_long_record_leaves_no_column_that_was_only_tried(
+    folder, opened, monkeypatch
+):
+    monkeypatch.setattr(arrays, "NARROW_FROM", 2000)
+    answers = []
+    for kept in (False, True):
+        if kept:
+            monkeypatch.setattr(fitting, "tidied", lambda state: None)
+        bench = opened(two_axes(folder / f"{kept}.csv").name)
+        bench.done("selection", column="gyro_x_dps")
+        ranked = bench.ask("candidates")["candidates"]
+        dataset = bench.session.dataset
+        outcome = dataset.outcome_of(bench.session.stepping.here().text, True)
+        if not kept:
+            assert set(outcome.fitted.bench.data.columns) == {"gyro"}
+            assert not [key for key in dataset.recording.measured if key[0] == "still"]
+        bench.done("add", place=0)
+        answers.append((ranked, bench.ask("step")["error"], bench.ask("step")["cards"]))
+    assert answers[0] == answers[1]
 
 
 def test_two_candidates_join_at_once(folder, opened):

@@ -366,6 +366,8 @@ def following(bench: Bench, parts: Sequence[Part], fit: Fit, gyro: str | None) -
             else (part, full)
         )
         one = Candidate("follows", part, full.log_likelihood - fit.log_likelihood, 0.0)
+        for shape in (part, at_once):
+            bench.forget(shape)
         found.append(judged(one, TRIES.of_column["follows"] * len(names)))
     return sorted(found, key=lambda one: one.log_p - 1e-9 * one.gain)
 

@@ -78,15 +78,23 @@ def louder(x: Floats, own: Floats) -> bool:
 def noise(recording: Recording, name: str) -> Floats:
     """White noise of the level of the column's own sensor: that of half of the frequencies or of
     the quietest seconds, whichever is lower. Seeded."""
-    x, white = recording.column(name), np.random.default_rng(0).standard_normal(recording.samples)
-    levels = [(middle(one), sensor_noise(one, recording.rate_hz)) for one in (x - x.mean(), white)]
-    found: Floats = white * np.sqrt(min(one / other for one, other in zip(*levels)))
-    return found
+    x = recording.column(name)
+    logged = levels(x - x.mean(), recording.rate_hz)
+    white: Floats = np.random.default_rng(0).standard_normal(recording.samples)
+    white *= np.sqrt(min(a / b for a, b in zip(logged, levels(white, recording.rate_hz))))
+    return white
+
+
+def levels(x: Floats, rate_hz: float) -> tuple[float, float]:
+    """Two levels of the noise of a record."""
+    return middle(x), sensor_noise(x, rate_hz)
 
 
 def middle(x: Floats) -> float:
     """The median power of an ordinate."""
-    return float(np.median(signals.transform(x)[1:] ** 2))
+    power = signals.transform(x)[1:]
+    power *= power
+    return float(np.median(power, overwrite_input=True))
 
 
 def square(bench: Bench, recording: Recording, parts: Sequence[Part], part: Part) -> Floats:
@@ -101,7 +109,8 @@ def square(bench: Bench, recording: Recording, parts: Sequence[Part], part: Part
 
 def octaves(x: Floats) -> list[tuple[float, int]]:
     """(mean power of the ordinates, their number) per octave."""
-    power = signals.transform(x - x.mean())[1:] ** 2
+    power = signals.transform(x - x.mean(), spare=True)[1:]
+    power *= power
     edges = np.unique(np.minimum(2 ** np.arange(2, 64, dtype=float), len(power)).astype(int))
     edges = np.concatenate([[0], edges])
     return [(float(power[low:high].mean()), int(high - low)) for low, high in zip(edges, edges[1:])]

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from .. import arrays
 from ..arrays import Bools, Floats
 from ..candidates import doubts, filters
 from ..candidates import ranking as candidates
@@ -183,6 +184,20 @@ def benched(
     bench, shocks = memory[key]
     data = bench.data.again()
     return Bench(recording, bench.y, bench.counts, data, column, bench.logged), shocks
+
+
+def tidied(state: State) -> None:
+    """Frees what was worked out for candidates of a long record, as long as the record each."""
+    recording, data = state.bench.recording, state.bench.data
+    if recording.samples < arrays.NARROW_FROM:
+        return
+    for key in set(data.columns) - {"gyro", *state.bench.all_keys(state.parts)}:
+        del data.columns[key]
+    for key in [one for one in recording.measured if one[0] in ("still", "turns")]:
+        del recording.measured[key]
+    state.bench.latest.clear()
+    signals.forget_plans(recording.samples)
+    signals.forget_plans(recording.samples, signals.transform)
 
 
 def with_forms(bench: Bench, parts: list[Part]) -> list[Part]:

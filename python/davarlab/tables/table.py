@@ -9,6 +9,7 @@ import itertools
 import os
 import re
 import shlex
+import sys
 import zlib
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -402,6 +403,12 @@ def joined(parts: list[Floats], narrow: bool) -> Floats:
     return out
 
 
+def let_go() -> None:
+    """Returns to the system what pyarrow keeps of the blocks that it has parsed."""
+    if "pyarrow" in sys.modules:
+        sys.modules["pyarrow"].default_memory_pool().release_unused()
+
+
 def read_columns(
     rows: Iterable[bytes], form: Form, line: int, path: StrPath
 ) -> tuple[dict[str, Floats], str]:
@@ -648,6 +655,7 @@ def read(
         if wire:
             rest = wire.translated(rest, line - 1, path)
         columns, cut = read_columns(rest, form, line - 1, path)
+    let_go()
     if form.kind == "clock":
         columns[form.time] = after_midnight(columns[form.time])
     added = with_parts(columns, form.time)

@@ -348,9 +348,11 @@ class Dataset:
             fitted = outcome.fitted
             asking = replace(fitted, bench=fitted.bench.asking(between))
             found = search.ranking(asking, progress=partly)
+            fitting.tidied(fitted)
             for one in found:
                 if search.significant([one]):
                     one.doubt = search.doubt(asking, one)
+            fitting.tidied(fitted)
             outcome.ranked = found
         return outcome.ranked
 
