@@ -171,6 +171,13 @@ def test_what_is_implausible_is_doubted_first_and_never_adequate(lab, name):
         assert_true(path, model, *mistake.cure.split(), rate=mistake.rate)
 
 
+def test_axes_of_counts_share_a_sentence():
+    names = [f"gyro_{axis}_dps" for axis in "xyz"]
+    counts = np.random.default_rng(5).integers(-3, 4, (3, 1000)).astype(float)
+    (said,) = plausible.doubts(dict(zip(names, counts)), 100.0, None, names)
+    assert said.startswith(f"columns {', '.join(names)}: all values are whole numbers")
+
+
 @pytest.mark.parametrize("name", NOTED)
 def test_whole_stamps_that_may_be_milliseconds_get_a_note(lab, name):
     mistake, note = NOTED[name], "note: the time stamps are whole numbers"

@@ -1,7 +1,7 @@
 """Rates, units and levels that no gyro has: found before anything is fitted, each with what it
 may be instead (DESIGN 13)."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -33,18 +33,16 @@ def doubts(
     found = [rate(rate_hz)]
     if not all(map(len, columns.values())):  # nothing is left there
         return [said for said in found if said]
+    counts = [
+        name
+        for name in (() if whole else gyros)
+        if counted(columns[name]) and not level(name, columns[name])
+    ]
     for name in gyros:
         x = columns[name]
-        found += [
-            said
-            for said in (
-                level(name, x),
-                None if whole else counted(name, x),
-                noise(name, x, rate_hz),
-                radians(name, x),
-            )
-            if said
-        ][:1]
+        tests = level(name, x), noise(name, x, rate_hz), radians(name, x)
+        found += [said for said in tests if said and name not in counts][:1]
+    found.append(of_counts(counts))
     return [said for said in (*found, temperature(columns), gravity(columns)) if said]
 
 
@@ -123,12 +121,16 @@ def level(name: str, x: Floats) -> str | None:
     )
 
 
-def counted(name: str, x: Floats) -> str | None:
-    if np.ptp(x) <= 2 or np.any(x != np.round(x)):
-        return None
+def counted(x: Floats) -> bool:
+    return bool(np.ptp(x) > 2 and np.all(x == np.round(x)))
+
+
+def of_counts(names: Sequence[str]) -> str | None:
     return (
-        f"column {name}: all values are whole numbers, as counts are. Use --unit gyro=FACTOR, with "
-        "the deg/s per count of the data sheet"
+        f"column{'s' * (len(names) > 1)} {', '.join(names)}: all values are whole numbers, as "
+        "counts are. Use --unit gyro=FACTOR, with the deg/s per count of the data sheet"
+        if names
+        else None
     )
 
 
