@@ -34,6 +34,8 @@ def walk(count, rng):
 
 
 def temperature(how, t, rng):
+    if how == "rise":  # after power-on
+        return 15 + 12 * (1 - np.exp(-t / 300))
     cycles = {"cycles": 4, "cycle": 1}
     if how in cycles:
         return 25 + 2 * np.sin(2 * np.pi * cycles[how] * t / t[-1] + rng.uniform(0, 6))
@@ -63,6 +65,7 @@ def course(case, heat, t, rng):
         return 0.1 * other, {"gyro_x_dps": other}
     known = {
         "lag": lambda: 0.012 * late(heat, 60),
+        "at once": lambda: -0.0015 * heat,
         "hysteresis": lambda: 0.012 * loop(heat, 1.0),
         "square": lambda: 0.004 * (heat - 25) ** 2,
         "walk": lambda: walk(len(t), rng) * 150 / 3600 / 60 / np.sqrt(RATE),

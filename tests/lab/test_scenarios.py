@@ -279,6 +279,12 @@ SCENARIOS = {
     "late heat, cycles": heated("lag", "cycles", "temperature", **LAG),
     "late heat, walk": heated("lag", "walk", "temperature", **LAG),
     "late heat, one cycle": heated("lag", "cycle", "temperature", verdict="temperature"),
+    **{  # a warm-up explains as much, with one number more
+        f"heat after power-on, {seed}": heated(
+            "at once", "rise", "temperature", seed=seed, verdict="temperature"
+        )
+        for seed in range(1, 7)
+    },
     "a parabola": heated("square", "walk", "temperature_squared"),
     "hysteresis": heated(
         "hysteresis",

@@ -270,20 +270,19 @@ def settled(found: list[Candidate], bench: Bench, parts: Sequence[Part]) -> Sett
         key=lambda rival: rival.score,
         default=None,
     )
-    if heat is None:
-        return outdone(found, bed), None
-    if other and other.score > heat.score + CHANCE.tell_apart:
-        return outdone(found, bed), None
-    if other and other.score > heat.score:
-        return outdone(found, bed), [alternative(other.kind, heat.kind)]
-    named = [
+    if heat is None or other and other.score > heat.score:
+        found, named = outdone(found, bed)
+        if named is None and heat and other and other.score <= heat.score + CHANCE.tell_apart:
+            named = [alternative(other.kind, heat.kind)]
+        return found, named
+    near = [
         rival.kind
         for rival in rivals
         if rival is not heat and abs(rival.gain - heat.gain) < CHANCE.tell_apart and rival.gain > 0
     ]
-    if heat.gain < COLUMN.lag_least and not set(named) & set(NOISE):
-        named.append("rate_random_walk")
-    return first(found, heat.first), [alternative(heat.kind, kind) for kind in named]
+    if heat.gain < COLUMN.lag_least and not set(near) & set(NOISE):
+        near.append("rate_random_walk")
+    return first(found, heat.first), [alternative(heat.kind, kind) for kind in near]
 
 
 def noise_of_column(found: list[Candidate], bench: Bench, parts: Sequence[Part]) -> Settled:
@@ -305,14 +304,18 @@ def noise_of_column(found: list[Candidate], bench: Bench, parts: Sequence[Part])
     return found, None
 
 
-def outdone(found: list[Candidate], bed: Bed) -> list[Candidate]:
+def outdone(found: list[Candidate], bed: Bed) -> Settled:
     """Nothing is beyond the temperature felt at once, or noise or a course explains more: the
-    temperature, if it is worth anything, is felt at once."""
+    temperature, if it is worth anything, is felt at once. It comes before what does not gain
+    distinguishably more: it has one free number, and no freedom in time."""
     found = at_once(found, bed)
-    return first(
-        found,
-        next(
-            (c for c in found if c.kind not in HEAT or c.kind == "temperature" and not c.replaces),
-            None,
-        ),
+    best = next(
+        (c for c in found if c.kind not in HEAT or c.kind == "temperature" and not c.replaces),
+        None,
     )
+    plain = bed.plain
+    rivals = [c for c in found if c.kind in (*HEAT, *NOISE, *COURSES) and c.kind != "temperature"]
+    if best in rivals and plain and best.gain - plain.gain < CHANCE.tell_apart:
+        near = [c.kind for c in rivals if c.gain > plain.gain - CHANCE.tell_apart]
+        return first(found, plain), [alternative(plain.kind, kind) for kind in near]
+    return first(found, best), None
