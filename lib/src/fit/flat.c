@@ -48,6 +48,14 @@ typedef struct {
     float scatter[DAVAR_TAUS_MAX]; /* variance of y over that of white noise of variance 1 */
 } line_t;
 
+/* What is taken for the truth, which decides how y scatters: white noise and a ramp at the sizes
+ * before `end`, as of the last of them. At the other sizes it is y itself. */
+typedef struct {
+    float square;
+    float slope;
+    int end;
+} course_t;
+
 static float float_square(float x)
 {
     return x * x;
@@ -135,11 +143,15 @@ static float variance_at(const curve_t *curve, const line_t *line, int t)
 
 /* White noise times motion adds to the scatter twice their product, since motion itself does not
  * scatter: of w^2 with white noise w alone, it makes w (2 y - w). */
-static void prepare(const curve_t *curve, shape_t shape, float square, line_t *line)
+static void prepare(const curve_t *curve, shape_t shape, const course_t *course, line_t *line)
 {
     for (int t = line->first; t < line->end; t++) {
-        const float white = square + curve->rounded[t];
-        const float all = curve->y[t] + curve->rounded[t];
+        const float white = course->square + curve->rounded[t];
+        float y = curve->y[t];
+        if (t < course->end) {
+            y = course->square + course->slope * shape_at(curve, t, course->end - 1, RAMP);
+        }
+        const float all = y + curve->rounded[t];
         line->scatter[t] = white * larger_of(2.0F * all - white, white);
         line->shape[t] = shape_at(curve, t, line->end - 1, shape);
     }
@@ -240,15 +252,15 @@ static float flat_variance(const curve_t *curve, const line_t *line, const float
            float_square(level);
 }
 
-/* Fits the sizes first to end - 1. `before`: about the white noise; it decides how y scatters.
- * False: there is no white noise in it, or the line does not explain them. */
-static bool fit_line(const curve_t *curve, int first, int end, shape_t shape, float before,
-                     line_t *line)
+/* Fits the sizes first to end - 1. False: there is no white noise in it, or the line does not
+ * explain them. */
+static bool fit_line(const curve_t *curve, int first, int end, shape_t shape,
+                     const course_t *course, line_t *line)
 {
     line->first = first;
     line->end = end;
-    prepare(curve, shape, before, line);
-    solve_line(curve, shape, before, line);
+    prepare(curve, shape, course, line);
+    solve_line(curve, shape, course->square, line);
     line->misfit = misfit_of(curve, line);
     return (line->square > 0.0F) && line_explains(curve, line);
 }
@@ -264,24 +276,24 @@ static int end_at(const curve_t *curve, int end, float m)
 
 /* In motion, which is smooth, so that it is a ramp at short sizes: as many sizes as white noise and
  * a ramp explain, less one octave, in which what the test misses is largest. */
-static bool fit_moving(const curve_t *curve, line_t *line)
+static bool fit_moving(const curve_t *curve, course_t *course, line_t *line)
 {
-    float before = curve->y[0];
     int end = SIZES_MOVING;
+    *course = (course_t){.square = curve->y[0]};
     for (int t = 1; t < SIZES_MOVING; t++) {
-        before = (curve->y[t] < before) ? curve->y[t] : before;
+        course->square = (curve->y[t] < course->square) ? curve->y[t] : course->square;
     }
-    (void)fit_line(curve, 0, end, RAMP, before, line); /* how the sizes scatter */
-    before = larger_of(line->square, before);
-    while ((end <= curve->count) && fit_line(curve, 0, end, RAMP, before, line)) {
-        before = line->square;
+    (void)fit_line(curve, 0, end, RAMP, course, line); /* how the sizes scatter */
+    *course = (course_t){larger_of(line->square, course->square), line->slope, end};
+    while ((end <= curve->count) && fit_line(curve, 0, end, RAMP, course, line)) {
+        *course = (course_t){line->square, line->slope, end};
         end++;
     }
     if (end > curve->count) {
         return true;
     }
     end = end_at(curve, end - 1, curve->plan->m[end - 2] / OCTAVE_DOWN);
-    return (end >= SIZES_MOVING) && fit_line(curve, 0, end, RAMP, before, line);
+    return (end >= SIZES_MOVING) && fit_line(curve, 0, end, RAMP, course, line);
 }
 
 /* After a filter that is not the declared one, or in fast vibration: the sizes from four times
@@ -289,10 +301,10 @@ static bool fit_moving(const curve_t *curve, line_t *line)
 static bool fit_settled(const curve_t *curve, line_t *line, line_t *trend)
 {
     for (int first = 0; (curve->count - first) >= SIZES_FLAT; first++) {
-        const float last = curve->y[curve->count - 1];
-        (void)fit_line(curve, first, curve->count, NOTHING, last, line); /* how they scatter */
-        const float before = line->square;
-        if (fit_line(curve, first, curve->count, SETTLING, before, trend) &&
+        course_t course = {.square = curve->y[curve->count - 1]};
+        (void)fit_line(curve, first, curve->count, NOTHING, &course, line); /* how they scatter */
+        course.square = line->square;
+        if (fit_line(curve, first, curve->count, SETTLING, &course, trend) &&
             !(float_square(trend->slope) >
               float_square(TREND_SHOWN) * flat_variance(curve, trend, trend->of_slope))) {
             const float m = curve->plan->m[first] * SETTLED;
@@ -300,7 +312,7 @@ static bool fit_settled(const curve_t *curve, line_t *line, line_t *trend)
                 first++;
             }
             return ((curve->count - first) >= SIZES_SETTLED) &&
-                   fit_line(curve, first, curve->count, NOTHING, before, line);
+                   fit_line(curve, first, curve->count, NOTHING, &course, line);
         }
     }
     return false;
@@ -345,14 +357,15 @@ static bool is_value(const curve_t *curve, const line_t *line)
 /* If slow noise instead of motion explains the same sizes, it leaves less white noise. */
 static bool find_moving(const curve_t *curve, flat_part_t *part)
 {
+    course_t course;
     line_t line;
-    if (!fit_moving(curve, &line) || !is_value(curve, &line)) {
+    if (!fit_moving(curve, &course, &line) || !is_value(curve, &line)) {
         return false;
     }
     *part = part_of_line(curve, &line);
     for (int shape = (int)WALK; shape >= (int)FLICKER_NOISE; shape--) {
         line_t other;
-        if (fit_line(curve, line.first, line.end, (shape_t)shape, line.square, &other)) {
+        if (fit_line(curve, line.first, line.end, (shape_t)shape, &course, &other)) {
             const float low = part_of_line(curve, &other).low;
             part->low = (low < part->low) ? low : part->low;
         }
