@@ -84,11 +84,14 @@ def read(path: "str | os.PathLike[str]", sensor: str | None = None) -> Recording
 
 
 def of_log(path: str, sensor: str | None) -> Recording:
-    from . import lab  # importlib.metadata takes a seventh of the time of import davar
+    # importlib.metadata takes a seventh of the time of import davar.
+    from . import _extras
 
-    absent = lab.missing()
+    absent = _extras.missing()
     if absent:
-        raise ImportError(f"{path}: not CSV; other logs need the extra lab ({lab.said(absent)})")
+        raise ImportError(
+            f"{path}: not CSV; other logs need the extra lab ({_extras.said(absent)})"
+        )
     from davarlab.errors import BadInput, NotInstalled
     from davarlab.logs import formats
     from davarlab.logs.options import Options

@@ -1446,7 +1446,7 @@ class Stamps:
         "that may be shortened: where more recur, a frequency needs the real time between",
     )
     recurrent_most: int = threshold(
-        31, "missing samples per measured one", "DESIGN 12", "that recurrent gaps may have"
+        63, "missing samples per measured one", "DESIGN 12", "that recurrent gaps may have"
     )
     small_grid: int = threshold(
         1_000_000, "places", "DESIGN 12", "of a grid that may have more gaps than recurrent_most"
