@@ -637,6 +637,12 @@ class Levels:
     blocks_per_dwell: int = threshold(
         48, "blocks", "DESIGN 6.2: with 8 the dwell came out a fifth too long", "of a dwell"
     )
+    first_sizes: tuple[float, ...] = threshold(
+        (-0.6, -0.45, -0.3, -0.15, 0.0, 0.15, 0.3, 0.45, 0.6),
+        "logarithm",
+        "choice: few dwells leave the size of a spectrum in doubt by as much",
+        "of amplitudes, over the one of the spectrum, that are tried first",
+    )
     decoded_per_dwell: int = threshold(
         240, "blocks", "choice", "of a dwell of which the course is decoded"
     )

@@ -21,6 +21,7 @@ from . import drifting, filters, intermittent, lines, steps
 from .candidate import Candidate, log_chance
 
 LORENTZIAN = ("telegraph_noise", "gauss_markov")
+SLOW = (*LORENTZIAN, "rate_random_walk")  # noise that imitates levels
 SEARCHES: dict[str, Callable[[Bench, Sequence[Part], Fit], tuple[Part, float, float] | None]] = {
     "bias_step": steps.search,
     "intermittent_line": intermittent.search,
@@ -237,17 +238,26 @@ def decode_states(bench: Bench, parts: Sequence[Part], telegraph: Candidate) -> 
     rate = bench.recording.rate_hz
     start, noise = beside_levels(bench, trial, joint)
     continuum = states.fit_continuum(rest, rate, noise, start)
-    likelihood, level, dwell_s, levels = best_levels(rest, rate, noise, start, continuum)
-    more = likelihood - continuum
+    hopeless = continuum - LEVELS.seen
+    best, levels = states.fit_levels(rest, rate, noise, start, 2, hopeless), 2
+    for number in range(3, LEVELS.most + 1):
+        if number > 3 and best[0] > continuum + LEVELS.seen:
+            break
+        found = states.fit_levels(rest, rate, noise, start, number, hopeless)
+        if found[0] > best[0] + LEVELS.one_more:
+            best, levels = found, number
+    dwell_s, more = best[2], best[0] - continuum
     if more <= LEVELS.seen or not states.many_switches(dwell_s, rest, rate):
         more = min(more, 0.0)
     else:
-        shape = {"mean_dwell_s": dwell_s, "levels": float(levels)}
-        part = Part("telegraph_noise", shape, "decoded")
-        course = states.decoded(rest, rate, noise, level, dwell_s, levels)
-        bench.forget(part)
-        bench.decoded[part.key], bench.squares[part.key] = course
-        if states.like_chance(course[0], levels):
+        part, course = decoded_part(bench, rest, noise, best, levels)
+        fit = bench.fit([*parts, part])
+        beside = noise_beside(bench, fit.level, start[1])
+        best, number = more_levels(rest, rate, beside, start, levels)
+        if number > levels:
+            levels = number
+            part, course = decoded_part(bench, rest, beside, best, levels)
+        if states.like_chance(course, levels):
             telegraph.part = part
         else:
             telegraph.doubt = SWITCHED
@@ -264,31 +274,44 @@ def beside_levels(
     levels = parts[-1].shape.get("levels", 2.0)
     dwell = 2 * parts[-1].shape["mean_dwell_s"] * (levels - 1) / levels
     std = float(np.sqrt(max(fit.sizes[index], 1e-30) * states.mean_square(levels)))
+    left = fit.level - fit.sizes[index] * bench.rows(parts)[index]
+    left = np.maximum(left, LEVELS.white_least * fit.level)
+    return (std, dwell), noise_beside(bench, left, dwell)
+
+
+def noise_beside(bench: Bench, level: Floats, dwell: float) -> states.Noise:
+    """The noise of this level per bin, as levels of this dwell are seen beside it."""
     f, rate = bench.data.f_bin, bench.recording.rate_hz
     least = states.block_of(bench.y, rate, dwell, LEVELS.blocks_per_dwell) / rate
     seen = f < 1 / (2 * least)
-    left = fit.level - fit.sizes[index] * bench.rows(parts)[index]
-    density = np.maximum(left, LEVELS.white_least * fit.level)[seen] / rate
     span = LEVELS.process_ratio * len(bench.y) / rate
-    return (std, dwell), states.noise_of(f[seen], density, least, span)
+    return states.noise_of(f[seen], level[seen] / rate, least, span)
 
 
-def best_levels(
-    rest: Floats,
-    rate_hz: float,
-    noise: states.Noise,
-    start: tuple[float, float],
-    continuum: float,
-) -> tuple[float, float, float, int]:
-    """(likelihood, amplitude, dwell, number) of as many levels as the record is likeliest with."""
-    hopeless = continuum - LEVELS.seen
-    best = (*states.fit_levels(rest, rate_hz, noise, start, 2, hopeless), 2)
-    for levels in range(3, LEVELS.most + 1):
-        found = (*states.fit_levels(rest, rate_hz, noise, start, levels, hopeless), levels)
-        if found[0] > best[0] + LEVELS.one_more:
-            best = found
-        elif levels > 3:
+def decoded_part(
+    bench: Bench, rest: Floats, noise: states.Noise, found: states.Found, levels: int
+) -> tuple[Part, Floats]:
+    """(decoded part, its course)."""
+    _, level, dwell = found
+    shape = {"mean_dwell_s": dwell, "levels": float(levels)}
+    part, rate = Part("telegraph_noise", shape, "decoded"), bench.recording.rate_hz
+    bench.forget(part)
+    course, square = states.decoded(rest, rate, noise, level, dwell, levels)
+    bench.decoded[part.key], bench.squares[part.key] = course, square
+    return part, course
+
+
+def more_levels(
+    rest: Floats, rate_hz: float, noise: states.Noise, start: tuple[float, float], levels: int
+) -> tuple[states.Found, int]:
+    """(fit, number) of as many levels as the record is likeliest with, from these on, beside the
+    noise that is left beside them: with less, further levels would follow the flicker."""
+    best = states.fit_levels(rest, rate_hz, noise, start, levels), levels
+    for more in range(levels + 1, LEVELS.most + 1):
+        found = states.fit_levels(rest, rate_hz, noise, start, more)
+        if found[0] <= best[0][0] + LEVELS.one_more:
             break
+        best = found, more
     return best
 
 

@@ -219,8 +219,8 @@ class Search:
         if not why:
             return self, True
         # levels that are seen contradict a continuum, whatever they come from
-        seen = candidate.doubt or part.form == "decoded"
-        aside = candidates.LORENTZIAN if seen else ()
+        aside: tuple[str, ...] = candidates.LORENTZIAN if candidate.doubt else ()
+        aside = candidates.SLOW if part.form == "decoded" else aside
         way = replace(
             self, set_aside=self.set_aside | {source(part), *((kind, None) for kind in aside)}
         )

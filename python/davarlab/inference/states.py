@@ -100,6 +100,7 @@ def chained(
 
 
 Loss = Callable[[Floats], float]
+Found = tuple[float, float, float]  # log-likelihood, amplitude, dwell
 
 
 def least_of(loss: Loss, first: Floats) -> tuple[float, list[float]]:
@@ -115,7 +116,7 @@ def fit_levels(
     start: tuple[float, float],
     levels: int = 2,
     hopeless: float = -np.inf,
-) -> tuple[float, float, float]:
+) -> Found:
     """(log-likelihood, amplitude, dwell) of a chain of levels. start: standard deviation and dwell
     of the two-level chain with its spectrum; `hopeless`: a likelihood there, below which the
     maximum is not sought."""
@@ -128,7 +129,7 @@ def fit_levels(
         return -chained(values, period, noise, (level, dwell), levels)[0]
 
     first = np.log([std / sqrt(mean_square(levels)), dwell_s / 2 * levels / (levels - 1)])
-    starts = [first + [size, 0.0] for size in (-0.4, 0.0, 0.4)]
+    starts = [first + [size, 0.0] for size in LEVELS.first_sizes]
     losses = [loss(one) for one in starts]
     best = starts[int(np.argmin(losses))]
     least, (level, dwell) = min(losses), bounded(best)
