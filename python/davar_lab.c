@@ -219,6 +219,7 @@ static double weigh(chain_t *chain, double value)
     for (unsigned k = 0U; k < chain->count; k++) {
         chain->path[k].chance /= sum;
     }
+    // cppcheck-suppress invalidFunctionArg ; there is a path
     return most + log(sum) - (0.5 * log(6.283185307179586 * chain->noise.spread));
 }
 
@@ -283,6 +284,7 @@ static void branch(chain_t *chain)
             kept++;
         }
     }
+    // cppcheck-suppress uninitvar ; switched() made so many
     memcpy(&chain->path[kept], fresh, begun * sizeof fresh[0]);
     chain->count = kept + begun;
 }

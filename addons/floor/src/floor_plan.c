@@ -5,8 +5,9 @@
 #include "floor_transform.h"
 #include "number/real.h"
 
-#define FLOOR_PASSED_LEAST 0.1 /* of the power, by the filter, at a usable frequency */
-#define FLOOR_DOUBT_MOST 0.3   /* standard error of the density there, by the filter, relative */
+#define FLOOR_PASSED_LEAST 0.1  /* of the power, by the filter, at a usable frequency; */
+#define FLOOR_PASSED_EXACT 0.01 /* ... by a filter that is known exactly */
+#define FLOOR_DOUBT_MOST 0.3    /* standard error of the density there, by the filter, relative */
 #define FLOOR_BLOCK_LEAST 64U
 #define FLOOR_BLOCK_MOST 4096U
 #define FLOOR_SLOW_HZ 800.0 /* below, the usual block has half as many samples */
@@ -78,6 +79,12 @@ static davar_floor_status_t check_floor(const davar_floor_config_t *config)
                : DAVAR_FLOOR_OK;
 }
 
+static double passed_least(const davar_filter_t *filter)
+{
+    const bool is_exact = (filter == NULL) || !((filter->uncertainty + filter->level) > 0.0);
+    return is_exact ? FLOOR_PASSED_EXACT : FLOOR_PASSED_LEAST;
+}
+
 /* The Hann window mixes each frequency with its neighbours. */
 static double smeared(const double at[DAVAR_FLOOR_BINS + 2U], uint32_t k)
 {
@@ -128,7 +135,7 @@ davar_floor_status_t davar_floor_plan(davar_floor_plan_t *plan, const davar_floo
     for (uint32_t b = 0U; b < DAVAR_FLOOR_BINS; b++) {
         const double doubt = doubt_at(config->filter, b + 1U);
         const bool is_usable =
-            (passes[b + 1U] >= FLOOR_PASSED_LEAST) && (doubt <= FLOOR_DOUBT_MOST);
+            (passes[b + 1U] >= passed_least(config->filter)) && (doubt <= FLOOR_DOUBT_MOST);
         const double weight = 1.0 / smeared(through, b + 1U);
         plan->weight[b] = is_usable ? (float)weight : 0.0F;
         plan->passed[b] = is_usable ? (float)(weight * smeared(difference, b + 1U)) : 0.0F;

@@ -149,7 +149,7 @@ static void prepare(const curve_t *curve, shape_t shape, const course_t *course,
         const float white = course->square + curve->rounded[t];
         float y = curve->y[t];
         if (t < course->end) {
-            y = course->square + course->slope * shape_at(curve, t, course->end - 1, RAMP);
+            y = course->square + (course->slope * shape_at(curve, t, course->end - 1, RAMP));
         }
         const float all = y + curve->rounded[t];
         line->scatter[t] = white * larger_of(2.0F * all - white, white);
