@@ -72,7 +72,9 @@ def test_lines_that_sweep_leave_the_floor(tmp_path):
     assert (high[why == 0] > truth).mean() >= 0.95
 
 
-@pytest.mark.parametrize("cutoff, has_value", ((0.45, True), (0.3, True), (0.25, True), (0.2, True), (0.15, False)))
+@pytest.mark.parametrize(
+    "cutoff, has_value", ((0.45, True), (0.3, True), (0.25, True), (0.2, True), (0.15, False))
+)
 def test_behind_a_filter_it_is_the_noise_in_front_or_an_upper_limit(tmp_path, cutoff, has_value):
     random = np.random.default_rng(59)
     white = random.normal(0, 20.0, 300_000)
