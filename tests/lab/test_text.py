@@ -465,7 +465,7 @@ def test_of_rows_of_several_sensors_those_of_the_gyro_are_read(logs, name):
     said = logs.said(log, *options)
     assert all(
         f"{words} {tag.split()[0]}" in said
-        for words, tag in zip(("only the rows", "those of"), tags)
+        for words, tag in zip(("only rows tagged", "those of"), tags)
     )
 
 

@@ -79,12 +79,6 @@ static davar_floor_status_t check_floor(const davar_floor_config_t *config)
                : DAVAR_FLOOR_OK;
 }
 
-static double passed_least(const davar_filter_t *filter)
-{
-    const bool is_exact = (filter == NULL) || !((filter->uncertainty + filter->level) > 0.0);
-    return is_exact ? FLOOR_PASSED_EXACT : FLOOR_PASSED_LEAST;
-}
-
 /* The Hann window mixes each frequency with its neighbours. */
 static double smeared(const double at[DAVAR_FLOOR_BINS + 2U], uint32_t k)
 {
@@ -134,8 +128,8 @@ davar_floor_status_t davar_floor_plan(davar_floor_plan_t *plan, const davar_floo
     plan->usable = 0U;
     for (uint32_t b = 0U; b < DAVAR_FLOOR_BINS; b++) {
         const double doubt = doubt_at(config->filter, b + 1U);
-        const bool is_usable =
-            (passes[b + 1U] >= passed_least(config->filter)) && (doubt <= FLOOR_DOUBT_MOST);
+        const double least = (doubt > 0.0) ? FLOOR_PASSED_LEAST : FLOOR_PASSED_EXACT;
+        const bool is_usable = (passes[b + 1U] >= least) && (doubt <= FLOOR_DOUBT_MOST);
         const double weight = 1.0 / smeared(through, b + 1U);
         plan->weight[b] = is_usable ? (float)weight : 0.0F;
         plan->passed[b] = is_usable ? (float)(weight * smeared(difference, b + 1U)) : 0.0F;

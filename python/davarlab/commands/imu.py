@@ -75,10 +75,10 @@ def at_95(reading: Reading) -> Value:
 
 
 def flown(recording: Recording, column: str, bandwidth: str) -> list[float]:
-    """The floor of each window. Raises BadInput for a filter that davar does not take."""
+    """The floor of each window. Raises BadInput where davar rejects the filter or the record."""
     there = slice(None) if recording.known is None else recording.known
     try:
-        # Windows in which motion hides ARW are no news here.
+        # Motion hides ARW in most windows.
         with warnings.catch_warnings(action="ignore", category=UserWarning):
             found = davar.dynamic(
                 np.asarray(recording.columns[column][there], np.float64),

@@ -128,8 +128,8 @@ def cells_in(
             )
             found += [
                 cell
-                for cell, part in zip(rows, valid[row])
-                if enough(part, state.known) and (state.known is None or cell.freedom > 1)
+                for cell, has_enough in zip(rows, enough(valid[row], state.known))
+                if has_enough and (state.known is None or cell.freedom > 1)
             ]
     return found
 

@@ -136,4 +136,6 @@ def chain_of_levels(
         levels,
         _doubles(chance) if posterior else None,
     )
+    if found == -np.inf:
+        raise MemoryError
     return found, chance.T

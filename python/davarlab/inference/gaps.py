@@ -55,9 +55,8 @@ def conditional_draw(y: Floats, known: Bools, level: Floats, rng: np.random.Gene
 
 
 def extended(values: Floats, missing: Bools, level: Floats) -> tuple[Floats, Bools, Floats]:
-    """The same for a record with missing samples behind it, up to a length whose transforms are
-    fast, and with the level of ordinate 0. A length with a large prime factor takes five times as
-    long."""
+    """The same for a record with missing samples after it, up to a length whose transforms are
+    fast, and with the level of ordinate 0."""
     count = len(values)
     length = fft.next_fast_len(count, real=True)
     more = length - count

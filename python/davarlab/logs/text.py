@@ -186,10 +186,10 @@ def rate_of(found: table.Table, units: Sequence[str]) -> str:
 def in_tenths(found: table.Table) -> guess.Known:
     """The units of a decoded blackbox log that Betaflight wrote with its option
     blackbox_high_resolution: gyro and stick commands are in tenths. The option is stated above the
-    table, or is seen by a throttle above 2000."""
+    table, or is seen by a throttle above 2500, which ends at 2000 otherwise."""
     stated = any(map(TENTHS.match, found.above))
     throttle = found.columns.get(THROTTLE)
-    if not stated and (throttle is None or np.max(throttle) <= GUESS.throttle_most):
+    if not stated and (throttle is None or not np.nanmax(throttle) > GUESS.throttle_most):
         return {}
     by = "its header" if stated else THROTTLE
     known = {}

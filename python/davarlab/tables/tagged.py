@@ -32,7 +32,7 @@ class Tagged:
     @property
     def said(self) -> str:
         skipped = f", those of {', '.join(self.others)} skipped" * bool(self.others)
-        return f"only the rows {self.tag} are read{skipped}"
+        return f"only rows tagged {self.tag} are read{skipped}"
 
     def named(self, given: Sequence[str] | None) -> Sequence[str] | None:
         return given

@@ -69,9 +69,8 @@ typedef struct {
     uint8_t usable;
 } davar_floor_plan_t;
 
-/** Makes a plan. A frequency is usable where the filter passes at least a tenth of the power, or
- * a hundredth if it is known exactly, as a digital one, and its uncertainty leaves 0.3 of the density
- * open.
+/** Makes a plan. A frequency is usable where the filter passes a tenth of the power (a hundredth if
+ * it is known exactly) and its uncertainty leaves 0.3 of the density open.
  * @return DAVAR_FLOOR_OK, or what is wrong with the configuration; the plan is then not changed.
  *
  * Cost: with a filter, 99 davar_filter_power; once, or on the host. */
