@@ -69,6 +69,18 @@ static void test_lines_beside_motion_leave_none(void)
     TEST_ASSERT_FALSE(fit());
 }
 
+/* A ramp explains them up to 32 samples, but no longer without the last octave. */
+static void test_sizes_that_hardly_fit_leave_none(void)
+{
+    static const double root_m_adev[] = {0.9819, 0.9792, 1.0505,  1.1407, 1.5866,
+                                         3.5765, 8.6002, 24.5199, 64.5878};
+    set_octaves(4440U, 9U);
+    for (int t = 0; t < 9; t++) {
+        result.tau[t].adev = root_m_adev[t] / sqrt((double)result.tau[t].m);
+    }
+    TEST_ASSERT_FALSE(fit());
+}
+
 /* After a filter that is not declared, m avar lacks 1 / m. */
 static void test_long_sizes_have_what_a_filter_leaves(void)
 {
@@ -166,6 +178,7 @@ int main(void)
     RUN_TEST(test_a_ramp_leaves_all_sizes);
     RUN_TEST(test_faster_motion_leaves_the_short_sizes);
     RUN_TEST(test_lines_beside_motion_leave_none);
+    RUN_TEST(test_sizes_that_hardly_fit_leave_none);
     RUN_TEST(test_long_sizes_have_what_a_filter_leaves);
     RUN_TEST(test_motion_after_an_unknown_filter_is_a_limit);
     RUN_TEST(test_few_sizes_test_nothing);

@@ -130,9 +130,9 @@ davar_floor_status_t davar_floor_plan(davar_floor_plan_t *plan, const davar_floo
         const double doubt = doubt_at(config->filter, b + 1U);
         const double least = (doubt > 0.0) ? FLOOR_PASSED_LEAST : FLOOR_PASSED_EXACT;
         const bool is_usable = (passes[b + 1U] >= least) && (doubt <= FLOOR_DOUBT_MOST);
-        const double weight = 1.0 / smeared(through, b + 1U);
-        plan->weight[b] = is_usable ? (float)weight : 0.0F;
-        plan->passed[b] = is_usable ? (float)(weight * smeared(difference, b + 1U)) : 0.0F;
+        const double weight = is_usable ? (1.0 / smeared(through, b + 1U)) : 0.0;
+        plan->weight[b] = (float)weight;
+        plan->passed[b] = (float)(weight * smeared(difference, b + 1U));
         plan->doubt[b] = (float)doubt;
         plan->usable = (uint8_t)(plan->usable + (is_usable ? 1U : 0U));
     }
