@@ -218,9 +218,7 @@ class Search:
         why = doubt(self.state, candidate)
         if not why:
             return self, True
-        # levels that are seen contradict a continuum, whatever they come from
-        aside: tuple[str, ...] = candidates.LORENTZIAN if candidate.doubt else ()
-        aside = candidates.SLOW if part.form == "decoded" else aside
+        aside = candidates.LORENTZIAN if candidate.doubt else ()
         way = replace(
             self, set_aside=self.set_aside | {source(part), *((kind, None) for kind in aside)}
         )

@@ -74,8 +74,6 @@ def library() -> ctypes.CDLL:
         doubles,
         ctypes.c_uint,
         doubles,
-        ctypes.c_uint,
-        doubles,
     ]
     found.davar_lab_levels.restype = ctypes.c_double
     return found
@@ -112,30 +110,19 @@ def learned(
 
 
 def chain_of_levels(
-    values: Floats,
-    slow: Floats,
-    white: float,
-    chain: tuple[float, float],
-    levels: int,
-    posterior: bool = False,
+    values: Floats, chain: tuple[float, float, float], levels: int, posterior: bool = False
 ) -> tuple[float, Floats]:
     """(log-likelihood of the values, the chance of each level at each) of a symmetric chain of
-    levels beside noise. slow: rows of the decay and the variance of processes of first order;
-    white: variance; chain: half the distance of neighbouring levels, and the chance of a switch
-    between two values. Up to eight levels, the highest first (one: the noise alone); without
-    `posterior` the chances are empty."""
-    values, slow = np.ascontiguousarray(values, float), np.ascontiguousarray(slow, float)
-    given = np.array([white, *chain])
+    levels in white noise, by the forward and the backward algorithm. chain: half the distance of
+    neighbouring levels, the noise of a value, and the chance to be on the same level at the next
+    one. Up to eight levels, the highest first; without `posterior` the chances are empty."""
+    values, given = np.ascontiguousarray(values, float), np.array(chain, float)
     chance = np.empty((len(values), levels) if posterior else (0, levels))
     found: float = library().davar_lab_levels(
         _doubles(values),
         len(values),
-        _doubles(slow),
-        len(slow),
         _doubles(given),
         levels,
         _doubles(chance) if posterior else None,
     )
-    if found == -np.inf:
-        raise MemoryError
     return found, chance.T
