@@ -87,7 +87,7 @@ def calls() -> ctypes.CDLL:
     path = os.environ.get("DAVAR_LIBRARY") or next(built, "")
     try:
         if not path:
-            raise OSError(f"no libdavar_python next to {__file__}")
+            raise OSError(f"no libdavar_python in {' or '.join(map(str, folders))}")
         found = ctypes.CDLL(path)
     except OSError as why:
         raise ImportError(

@@ -486,7 +486,7 @@ def test_rows_that_look_like_comments_are_read_as_the_message_says(logs):
         for n, (x, y, z) in enumerate(GYRO.tolist())
     )
     log = logs.file("my log.asc", text)
-    logs.rejected(log, "all lines are comments", "type tr")
+    logs.rejected(log, "lines are comments", "type tr")
     command, _, new = logs.said(log).split("type ")[1].strip().rpartition(", and use ")
     subprocess.run(command, shell=True, cwd=logs.work, check=True)
     names = ("--names", "_,_,_,t,gx_dps,gy_dps,gz_dps,_")

@@ -50,10 +50,10 @@ static void test_faster_motion_leaves_the_short_sizes(void)
     expect_value(1U, result.flat_to);
 }
 
-/* Lines of rotors near 95 Hz beside motion, from a simulated flight at 1 kHz: eight samples are not
- * far from a period, so their cluster size has a third of its neighbours. The kurtosis of the motion
- * passes for heavy tails. */
-static void test_lines_beside_motion_leave_none(void)
+/* Lines of rotors near 95 Hz and motion, from the signal `flight` of bench/signals.py: eight samples
+ * are nearly a period, so m avar at m = 8 is a quarter to a third of that of its neighbours. The
+ * kurtosis of the motion looks like heavy tails. */
+static void test_lines_and_motion_leave_none(void)
 {
     static const double root_m_adev[] = {5.51, 11.65, 17.09, 8.77, 15.53, 32.33, 73.84};
     uint32_t m[7];
@@ -177,7 +177,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_a_ramp_leaves_all_sizes);
     RUN_TEST(test_faster_motion_leaves_the_short_sizes);
-    RUN_TEST(test_lines_beside_motion_leave_none);
+    RUN_TEST(test_lines_and_motion_leave_none);
     RUN_TEST(test_sizes_that_hardly_fit_leave_none);
     RUN_TEST(test_long_sizes_have_what_a_filter_leaves);
     RUN_TEST(test_motion_after_an_unknown_filter_is_a_limit);

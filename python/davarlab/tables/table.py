@@ -138,7 +138,7 @@ def is_comment(text: str) -> bool:
 
 
 def head(stream: Stream, path: StrPath, skip: int) -> Head:
-    """Comments of any length, then the first lines, without the first `skip` of the file; the
+    """Comments, then the first lines, without the first `skip` of the file; the
     stream then stands behind them."""
     found, rows, size = Head(), 0, 0
     for line, raw in enumerate(iter(lambda: stream.readline(LINE_BYTES + 1), b""), 1):
@@ -155,6 +155,7 @@ def head(stream: Stream, path: StrPath, skip: int) -> Head:
             key, _, value = row.lstrip("#%/").partition(":")
             found.notes[key.strip()] = value.strip()
             found.comments.append((line, row))
+            size += len(raw)
         rows += bool(row) and not is_comment(row)
         if rows:
             found.start = found.start if found.raw else line
@@ -164,7 +165,8 @@ def head(stream: Stream, path: StrPath, skip: int) -> Head:
             break
     if not rows and found.comments:
         raise BadInput(
-            f"{path}: all lines are comments, which begin with # or %. If they are rows (NovAtel), "
+            f"{path}: the first {len(found.comments)} lines are comments, which begin with # or %, "
+            "and no row was found. If they are rows (NovAtel), "
             f"type tr -d '#%' < {shlex.quote(str(path))} | tr ';*' , > NEW.csv, and use NEW.csv"
         )
     if not rows:
