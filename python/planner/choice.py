@@ -430,18 +430,42 @@ def _reason(option: str, wishes: Wishes, percent: float, nearest: Plan) -> str:
     return f"ARW to {wish} %{least}: {_of_window(nearest)} gives {found} %"
 
 
-def _hidden(wishes: Wishes) -> Impossible:
-    """For noise that rounding hides in every plan."""
+def _rarely(wishes: Wishes) -> Impossible:
+    """For wishes of which no plan has ARW in nine of ten results."""
+    if design.noise_counts(wishes) and find(replace(wishes, noise=None)):
+        return Impossible(
+            [
+                f"--lsb {wishes.lsb:g}: the typical noise is {design.noise_counts(wishes):.2g} "
+                "counts before the filter, and rounding hides it"
+            ],
+            hints=[
+                "choose a smaller range of the gyro and state its --lsb, or sum samples "
+                "(davar/average.h)"
+            ],
+        )
     return Impossible(
-        [
-            f"--lsb {wishes.lsb:g}: the typical noise is {design.noise_counts(wishes):.2g} counts "
-            "before the filter, and rounding hides it"
-        ],
-        hints=[
-            "choose a smaller range of the gyro and state its --lsb, or sum samples "
-            "(davar/average.h)"
-        ],
+        [f"--bandwidth {wishes.bandwidth}: ARW is present in too few windows behind this filter"],
+        hints=_summed(wishes),
     )
+
+
+def _summed(wishes: Wishes) -> list[str]:
+    """The least sum of samples that makes a plan possible, as options."""
+    if wishes.lsb is None or wishes.bandwidth is None:
+        return []
+    for count in (2, 4, 8, 16):
+        other = replace(
+            wishes,
+            rate_hz=wishes.rate_hz / count,
+            lsb=wishes.lsb / count,
+            bandwidth=f"{wishes.bandwidth}+sum:{count}",
+        )
+        if find(other):
+            return [
+                f"sum {count} samples first (davar/average.h), and state --rate {other.rate_hz:g} "
+                f"--lsb {other.lsb:g} --bandwidth {other.bandwidth}"
+            ]
+    return []
 
 
 def _more_certain(wishes: Wishes) -> str | None:
@@ -504,7 +528,7 @@ def plan(wishes: Wishes) -> Plan:
     wishes = replace(wishes, motion=_motions(wishes)[-1])
     plans = [(percent, group) for percent, group in _plans(wishes) if group]
     if plans and all(math.isinf(p.promise.arw_percent) for _, group in plans for p in group):
-        raise _hidden(wishes)
+        raise _rarely(wishes)
     if not plans:
         raise _too_long(wishes)
     percent, nearest = _nearest(plans)

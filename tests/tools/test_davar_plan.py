@@ -61,8 +61,9 @@ FLOORS = [
         256,
         21,
     ),
-    ("--rate 500 --lsb 0.061 --bandwidth biquad:200", "biquad(&f, 0.4)", 128, 28),
-    ("--rate 2000 --lsb 0.061 --bandwidth average:4", "average(&f, 1, 4)", 256, 12),
+    ("--rate 500 --lsb 0.061 --bandwidth biquad:200", "biquad(&f, 0.4)", 128, 29),
+    ("--rate 500 --lsb 0.061 --bandwidth biquad:40", "biquad(&f, 0.08)", 128, 13),
+    ("--rate 2000 --lsb 0.061 --bandwidth average:4", "average(&f, 1, 4)", 256, 26),
 ]
 
 

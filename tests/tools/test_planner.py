@@ -122,6 +122,17 @@ IMPOSSIBLE = (
 )
 
 
+@pytest.mark.parametrize("noise", ("", " --noise 6"))
+def test_behind_a_filter_too_long_for_the_rate_it_states_the_sum_that_is_possible(noise):
+    words = f"--rate 8000 --lsb 0.05 --bandwidth biquad:30 --core cortex-m4f{noise}"
+    found = refused(words)
+    assert found["impossible"].startswith("--bandwidth biquad:30: ARW is present in too few")
+    (hint,) = found["hints"]
+    rate, count, filter = re.search(r"--rate (\S+) --lsb (\S+) --bandwidth (\S+)", hint).groups()
+    typed = words.replace("8000", rate).replace("0.05", count).replace("biquad:30", filter)
+    assert command(typed).status == 0
+
+
 @pytest.mark.parametrize("words", IMPOSSIBLE)
 def test_the_reason_has_numbers_and_what_it_suggests_is_possible(words, tmp_path):
     done = run([*words.split(), "-o", str(tmp_path / "none")])
