@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from . import errors
 from ._samples import median_step
 from ._types import Array
 
@@ -84,23 +85,19 @@ def read(path: "str | os.PathLike[str]", sensor: str | None = None) -> Recording
 
 
 def of_log(path: str, sensor: str | None) -> Recording:
-    # importlib.metadata takes a seventh of the time of import davar.
-    from . import _extras
-
-    absent = _extras.missing()
+    absent = errors.missing()
     if absent:
         raise ImportError(
-            f"{path}: not CSV; other logs need the extra lab ({_extras.said(absent)})"
+            f"{path}: not CSV; other logs need the extra lab ({errors.not_installed(absent)})"
         )
-    from davarlab.errors import BadInput, NotInstalled
     from davarlab.logs import formats
     from davarlab.logs.options import Options
 
     try:
         found = formats.samples(path, Options(sensor=sensor))
-    except NotInstalled as why:
+    except errors.NotInstalled as why:
         raise ImportError(str(why)) from None
-    except BadInput as why:
+    except errors.BadInput as why:
         raise ValueError(str(why)) from None
     columns = {name: np.asarray(column) for name, column in found.columns.items()}
     return Recording(

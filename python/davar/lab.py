@@ -4,14 +4,14 @@ installed.
 
 import sys
 
-from ._extras import missing, said
+from .errors import missing, not_installed
 
 
 def main() -> int:
     """Runs davarlab with the arguments of the command line. Returns its exit status."""
     absent = missing()
     if absent:
-        print(f"davarlab: {said(absent)}", file=sys.stderr)
+        print(f"davarlab: {not_installed(absent)}", file=sys.stderr)
         return 2
     from davarlab import cli
 

@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from typing import Any, NoReturn
 
 import numpy as np
+from davar import places
 
-from . import arithmetic, files, places
+from . import arithmetic, files
 from .commands import analysis, imu, logs, measuring, models
 from .effects import own
 from .errors import BadInput, internal_error, outside_error, printable

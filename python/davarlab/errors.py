@@ -1,41 +1,23 @@
 """What went wrong, in one line: by a person, or by this program."""
 
-import contextlib
 import errno
 import os
 import sys
 import sysconfig
 import traceback
-from collections.abc import Iterator
 from pathlib import Path
 
+from davar.errors import BadInput as BadInput
+from davar.errors import NotInstalled as NotInstalled
+from davar.errors import forget_output as forget_output
+from davar.errors import of_extra as of_extra
+from davar.errors import shown as shown
+
 TRACEBACK = "DAVAR_LAB_TRACEBACK"
-OURS = ("", "davar", "davarlab", "davarfleet")
-
-
-class BadInput(Exception):
-    """A file, line, column or option that cannot be used; the command line prints it and exits with
-    status 2."""
 
 
 class Moving(BadInput):
     """A recording that moves most of the time."""
-
-
-class NotInstalled(BadInput):
-    """A library of an extra of the Python distribution that is not installed."""
-
-
-@contextlib.contextmanager
-def of_extra(extra: str) -> Iterator[None]:
-    """For the import of a library of an extra. Raises NotInstalled where it is absent."""
-    try:
-        yield
-    except ModuleNotFoundError as why:
-        root = (why.name or "").split(".")[0]
-        if root in OURS:
-            raise
-        raise NotInstalled(f'{root} is not installed; pip install "davar[{extra}]"') from None
 
 
 def printable(text: object) -> str:
@@ -85,23 +67,6 @@ def outside_error(why: OSError) -> int:
         file=sys.stderr,
     )
     return 2
-
-
-def shown(text: object) -> None:
-    """Prints to standard output. What cannot be written is not tried again at the end."""
-    try:
-        print(text, flush=True)
-    except OSError as why:
-        forget_output()
-        why.filename = "standard output"
-        raise
-
-
-def forget_output() -> None:
-    """Whatever standard output still has to say goes nowhere."""
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, sys.stdout.fileno())
-    os.close(nowhere)
 
 
 def internal_error(why: BaseException) -> int:

@@ -18,7 +18,7 @@ import tty
 
 import numpy as np
 import pytest
-from davarlab.wire import dialects, record
+from davar.wire import dialects, record
 from pymavlink.dialects.v20 import common
 from random_results import ARW, BI, QN, RR, RRW, packets, results, sent
 

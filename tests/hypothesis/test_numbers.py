@@ -10,6 +10,7 @@ import struct
 from decimal import Decimal
 
 import pytest
+from davar.wire import raw
 from davarlab import kalibr
 from davarlab import model as models
 from davarlab.commands import option_types
@@ -17,7 +18,6 @@ from davarlab.effects import table
 from davarlab.inference.estimate import Estimate
 from davarlab.report import parameters, terminal, values, words
 from davarlab.tables import guess
-from davarlab.wire import raw
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from lawful import examples, run

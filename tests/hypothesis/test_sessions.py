@@ -9,10 +9,10 @@ import math
 from types import SimpleNamespace
 
 import pytest
+from davar.wire import record
 from davarfleet import store
 from davarlab import model as models
 from davarlab.errors import BadInput
-from davarlab.wire import record
 from davarlab.workbench import steps as sessions
 from davarlab.workbench.session.session import Session
 from hypothesis import example, given

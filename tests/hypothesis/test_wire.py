@@ -8,8 +8,8 @@ import math
 import re
 
 from crccheck.crc import Crc8SaeJ1850
-from davarlab.wire import frames as wire
-from davarlab.wire import record, source
+from davar.wire import frames as wire
+from davar.wire import record, source
 from hypothesis import given
 from hypothesis import strategies as st
 from lawful import examples

@@ -44,7 +44,7 @@ IN_GUEST = [
 # The command of tools/davarlab live, without the other commands and their requirements
 # (test_readme.py runs the complete program).
 LIVE = (
-    "import sys, json, argparse\nfrom davarlab.wire import live\n"
+    "import sys, json, argparse\nfrom davar.wire import live\n"
     "sys.exit(live.run(argparse.Namespace(**json.loads(sys.argv[1]))))"
 )
 LIVE_OPTIONS = {"base": 0x5D0, "record": None, "raw": None, "count": None, "idle": None}
@@ -257,7 +257,7 @@ class KernelCase(unittest.TestCase):
     def listen(self, interface, patience_s=0.1):
         """A Receiver fed by a thread. stop_listening() ends it when no more data arrives."""
         import can
-        from davarlab.wire import frames as wire
+        from davar.wire import frames as wire
 
         receiver = wire.Receiver()
         bus = can.Bus(interface="socketcan", channel=interface, fd=True)

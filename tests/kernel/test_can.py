@@ -5,7 +5,7 @@ import subprocess
 import time
 from pathlib import Path
 
-from davarlab.wire import frames as wire
+from davar.wire import frames as wire
 from kernel_case import (
     IN_GUEST,
     NODE,

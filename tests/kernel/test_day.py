@@ -38,7 +38,7 @@ RATE_HZ = float(os.environ.get("DAVAR_DAY_HZ", "0.1"))
 # holds, resident memory in KiB, open files.
 LIVE = """
 import argparse, gc, json, os, signal, sys
-from davarlab.wire import live, source
+from davar.wire import live, source
 
 def tell(*_):
     gc.collect()

@@ -10,7 +10,7 @@ from collections import Counter
 import can
 import dronecan
 import numpy as np
-from davarlab.wire.source import RECEIVE_BYTES, SO_RCVBUFFORCE
+from davar.wire.source import RECEIVE_BYTES, SO_RCVBUFFORCE
 from dronecan.transport import Frame, Transfer
 from kernel_case import (
     IN_GUEST,

@@ -11,9 +11,9 @@ import subprocess
 import tty
 
 import pytest
+from davar.wire import frames as wire
+from davar.wire import source
 from davarlab import errors
-from davarlab.wire import frames as wire
-from davarlab.wire import source
 from kernel_case import (
     IN_GUEST,
     REPLAY,

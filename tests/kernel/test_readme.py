@@ -13,7 +13,7 @@ import tempfile
 import tty
 from pathlib import Path
 
-from davarlab.wire import frames as wire
+from davar.wire import frames as wire
 from kernel_case import (
     IN_GUEST,
     ROOT,

@@ -4,7 +4,7 @@ import os
 import subprocess
 import tty
 
-from davarlab.wire import frames as wire
+from davar.wire import frames as wire
 from kernel_case import IN_GUEST, REPLAY, SIM, KernelCase, near, settle, sim_csv, take, wait_for
 
 pytestmark = IN_GUEST

@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from davarlab.wire import frames as wire
+from davar.wire import frames as wire
 from davarlab.workbench.curve import curve, fitted, limits
 from scipy import stats
 

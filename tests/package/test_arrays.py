@@ -150,7 +150,7 @@ TEXTS = st.tuples(
 @given(content=st.one_of(TEXTS, TEXTS, TEXTS, st.binary(max_size=60)))
 def test_any_file(elsewhere, content):
     Path("rec.csv").write_bytes(content)
-    with mock.patch("davar._extras.missing", lambda: ["rosbags"]):
+    with mock.patch("davar.errors.missing", lambda: ["rosbags"]):
         try:
             found = davar.read("rec.csv").columns.values()
             assert all(np.isfinite(column).all() and column.ndim == 1 for column in found)

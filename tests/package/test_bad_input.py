@@ -239,6 +239,6 @@ def test_a_file_of_proc_does_not_wait(elsewhere, wheel):
 )
 def test_another_log_without_the_extra(elsewhere, head):
     wanted = r"^rec.ulg: not CSV; .*rosbags; pip install \"davar\[lab\]\""
-    absent = mock.patch("davar._extras.missing", lambda: ["rosbags"])
+    absent = mock.patch("davar.errors.missing", lambda: ["rosbags"])
     with absent, pytest.raises(ImportError, match=wanted):
         read(head + bytes(40), "rec.ulg")

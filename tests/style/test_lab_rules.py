@@ -13,18 +13,23 @@ from pathlib import Path
 from c_text import ROOT
 
 LAB = ROOT / "python/davarlab"
-FLEET = LAB.with_name("davarfleet")
+FLEET, DAVAR = LAB.with_name("davarfleet"), LAB.with_name("davar")
 # From the data to the page; a module may import from its own room and from those before it.
 ROOMS = re.findall(
     r"\w+",
-    """errors arrays distributions places arithmetic thresholds files tables data logs
-    effects model simulate kalibr inference axes candidates diagnosis report wire workbench
+    """errors arrays distributions arithmetic thresholds files tables data logs
+    effects model simulate kalibr inference axes candidates diagnosis report workbench
     commands cli""",
 )
 FILES_MAX = 12
 # What they hold is frozen.
 SEARCHING = ("diagnosis/state.py", "diagnosis/fitting.py", "diagnosis/search.py")
-COMMAND_FLEET = ("commands/logs.py", "run_fleet")  # imports davarfleet
+# The functions that import a package that builds on theirs.
+BACK = {
+    ("commands/logs.py", "run_fleet"),
+    ("../davar/lab.py", "main"),
+    ("../davar/_read.py", "of_log"),
+}
 
 # Everything that opens a file by its path: functions of Python and of the readers of logs.
 OPENS = re.compile(
@@ -36,7 +41,14 @@ APPENDING = "os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 
 # Exceptions besides files.py: of a module, the calls or the functions that it calls, each as often,
 # and the reason. logs/formats.py has opened a log through files.reading to see what it is.
 OPENED = {
-    "errors.py": ["os.open(os.devnull, os.O_WRONLY)"],
+    "../davar/_read.py": [
+        "gzip.open(path, 'rb')",
+        "loadtxt",
+        "open(name, 'rb')",
+        "open(path, 'rb')",
+        "open(path, 'rb')",
+    ],
+    "../davar/errors.py": ["os.open(os.devnull, os.O_WRONLY)"],
     "../davarfleet/page.py": ["read_text"],  # of the package
     "report/page.py": ["read_text"],
     "report/contents.py": ["read_text"],
@@ -51,7 +63,7 @@ OPENED = {
     "logs/dataflash.py": ["DFReader_binary", "DFReader_text", "fromfile"],
     "logs/matlab.py": ["loadmat", "File", "File"],
     "logs/ros.py": ["AnyReader", "super().open(mode, *how, **more)", "FileIO"],  # check_regular
-    "wire/record.py": [
+    "../davar/wire/record.py": [
         APPENDING,
         f"open({APPENDING}, 'rb+', buffering=0)",
         "open(self.path, encoding='utf-8', errors='replace')",  # where it is a regular file
@@ -116,22 +128,24 @@ def test_imports_run_one_way():
     assert wrong == []
 
 
-def test_davarlab_imports_davarfleet_in_its_command_alone():
+def test_packages_import_one_way():
+    """davarfleet imports davarlab, and davarlab imports davar; back, only a few functions do."""
     found = []
-    for path in modules(LAB):
-        functions = [node for node in nodes_of(path) if isinstance(node, ast.FunctionDef)]
-        inside = {node: function.name for function in functions for node in ast.walk(function)}
-        for node in nodes_of(path):
-            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
-            if isinstance(node, ast.ImportFrom) and not node.level:
-                names = [node.module or ""]
-            if "davarfleet" in {name.partition(".")[0] for name in names}:
-                found.append((name_of(path), inside.get(node)))
-    assert found == [COMMAND_FLEET]
+    for package, above in ((DAVAR, ("davarlab", "davarfleet")), (LAB, ("davarfleet",))):
+        for path in modules(package):
+            functions = [node for node in nodes_of(path) if isinstance(node, ast.FunctionDef)]
+            inside = {node: function.name for function in functions for node in ast.walk(function)}
+            for node in nodes_of(path):
+                names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+                if isinstance(node, ast.ImportFrom) and not node.level:
+                    names = [node.module or ""]
+                if {name.partition(".")[0] for name in names} & set(above):
+                    found.append((name_of(path), inside.get(node)))
+    assert set(found) == BACK
 
 
 def test_a_room_has_at_most_a_dozen_files():
-    counts = Counter(path.parent for path in modules(LAB, FLEET))
+    counts = Counter(path.parent for path in modules(LAB, FLEET, DAVAR))
     assert {room: count for room, count in counts.items() if count > FILES_MAX} == {}
 
 
@@ -146,7 +160,7 @@ def test_the_search_never_changes_a_state():
 
 def test_nothing_is_opened_by_its_path_but_through_files():
     found = {}
-    for path in modules(LAB, FLEET):
+    for path in modules(LAB, FLEET, DAVAR):
         name = name_of(path)
         own = OPENING if name.startswith("workbench/") else ()
         for call in (node for node in nodes_of(path) if isinstance(node, ast.Call)):

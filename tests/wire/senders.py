@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import cantools
-from davarlab.wire import frames as wire
+from davar.wire import frames as wire
 
 ROOT = Path(__file__).resolve().parents[2]
 PROBE = os.environ.get("DAVAR_WIRE_PROBE", "wire_probe")

@@ -5,8 +5,8 @@ import re
 import cantools
 import frame_layout
 import pytest
+from davar.wire import dbc, frames
 from davarlab import errors
-from davarlab.wire import dbc, frames
 from senders import ROOT
 from senders import dbc as original
 

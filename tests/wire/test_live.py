@@ -12,8 +12,8 @@ import threading
 from types import SimpleNamespace
 
 import pytest
-from davarlab.wire import frames as wire
-from davarlab.wire import live, withheld
+from davar.wire import frames as wire
+from davar.wire import live, withheld
 from senders import ROOT, frames, joined, raw_pty, run, sealed, slcan
 
 MARK = 9  # the channel of the last frames: if it is shown, everything before them has been read
@@ -179,3 +179,18 @@ def test_davar_sim_gives_the_same_reasons_with_the_same_limit():
         assert text in source
         assert withheld.REASONS[reason].startswith(text)
     assert f"#define FEW {withheld.FEW}U" in source
+
+
+def test_the_program_of_the_page_prints_every_result():
+    page = (ROOT / "docs/STREAMS.md").read_text()
+    (program,) = re.findall(r"^```python\n(.*?)^```$", page, re.DOTALL | re.MULTILINE)
+    ours, its, name = raw_pty()
+    program = program.replace("can:vcan0", f"slcan:{name}").replace("idle_s=60", "idle_s=1")
+    process = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
+    play(ours, frames(run(99, 20, session=1, channel=3)))
+    out, _ = process.communicate()
+    for end in (ours, its):
+        os.close(end)
+    rows = [line.split() for line in out.splitlines()[:-1]]
+    assert [row[:2] for row in rows] == [["3", f"{100 * n + 99}"] for n in range(20)]
+    assert "corrupted=0" in out.splitlines()[-1]

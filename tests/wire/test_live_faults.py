@@ -20,8 +20,8 @@ import termios
 from unittest import mock
 
 import pytest
-from davarlab.wire import frames as wire
-from davarlab.wire import live, raw_record, record
+from davar.wire import frames as wire
+from davar.wire import live, raw_record, record
 from interposed import STOPS, default_signals, environment, every, interposer
 from senders import counts, frames, run, seeded, slcan, stream
 
@@ -36,7 +36,7 @@ RESULTS = 20
 DRIVER = """
 import ctypes, os, pty, sys, tty
 from davarlab import cli
-from davarlab.wire import frames, live, source
+from davar.wire import frames, live, source
 source.POLL_S = 0.02
 cli.arithmetic.prepared()
 cli.arithmetic.prepared = lambda: None  # it reads files of the system

@@ -11,8 +11,8 @@ import subprocess
 import time
 
 import pytest
-from davarlab.wire import frames as wire
-from davarlab.wire import source
+from davar.wire import frames as wire
+from davar.wire import source
 from interposed import STOPS, default_signals, environment, every, interposer
 from senders import NODE, Line, counters, seeded
 

@@ -5,8 +5,8 @@ swapped, repeated or restarted between them.
 import csv
 
 import pytest
-from davarlab.wire import frames as wire
-from davarlab.wire import raw_record
+from davar.wire import frames as wire
+from davar.wire import raw_record
 from senders import (
     NODE,
     SIM,

@@ -5,7 +5,7 @@ import random
 import struct
 
 import pytest
-from davarlab.wire import frames as wire
+from davar.wire import frames as wire
 from senders import ROOT
 from senders import sealed as frame_with
 

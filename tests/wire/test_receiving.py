@@ -8,7 +8,7 @@ import math
 import struct
 
 import pytest
-from davarlab.wire import frames as wire
+from davar.wire import frames as wire
 from senders import (
     END,
     FD,

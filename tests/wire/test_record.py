@@ -5,8 +5,8 @@ names.
 import csv
 
 import pytest
-from davarlab.wire import frames as wire
-from davarlab.wire import record
+from davar.wire import frames as wire
+from davar.wire import record
 
 
 def result(n, channel=0, taus=3):

@@ -68,7 +68,7 @@ def run_import(options: argparse.Namespace) -> int:
 
 
 def run_live(options: argparse.Namespace) -> int:
-    from ..wire import live  # python-can and cantools are needed here only
+    from davar.wire import live  # python-can and cantools are needed here only
 
     return live.run(options)
 
@@ -88,7 +88,7 @@ def run_fleet(options: argparse.Namespace) -> int:
 
 
 def run_dbc(options: argparse.Namespace) -> int:
-    from ..wire import dbc
+    from davar.wire import dbc
 
     channels = sorted(set(options.channel or [0]))
     files.write_whole(options.output, dbc.moved(options.base, channels).encode())

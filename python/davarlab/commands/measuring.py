@@ -6,7 +6,8 @@ import importlib
 import sys
 from types import ModuleType
 
-from .. import places
+from davar import places
+
 from . import option_types
 from .shared import Command, argument, emit, progress
 

@@ -6,8 +6,8 @@ import os
 from functools import cache
 
 import numpy as np
+from davar import places
 
-from .. import places
 from ..arrays import Floats
 from ..errors import BadInput
 

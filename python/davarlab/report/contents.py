@@ -12,8 +12,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
+from davar import places
 
-from .. import axes, files, places
+from .. import axes, files
 from .. import model as models
 from ..candidates.candidate import Candidate
 from ..data.recording import Recording, as_logged

@@ -8,7 +8,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import BinaryIO
 
-from .. import files, places, simulate
+from davar import places
+
+from .. import files, simulate
 from .. import model as models
 from ..data import recording as recordings
 from ..diagnosis.state import Progress

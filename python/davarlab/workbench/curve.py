@@ -5,11 +5,11 @@ import functools
 import math
 
 import numpy as np
+from davar.wire.frames import Result
 
 from ..arrays import Floats
 from ..distributions import chi2_ppf
 from ..report.values import Json
-from ..wire.frames import Result
 
 H = 3600.0  # seconds
 # The Allan variance of each term, (1.2) of lib/DESIGN.md: column of the coefficient -> (its unit in

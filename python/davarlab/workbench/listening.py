@@ -9,14 +9,15 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import BinaryIO
 
+from davar.wire import dialects, record
+from davar.wire.frames import Result
+from davar.wire.raw_record import RawRecorder
+from davar.wire.source import Source
+from davar.wire.withheld import REASONS
+
 from .. import files
 from ..errors import BadInput, internal_error
 from ..report.values import Json
-from ..wire import dialects, record
-from ..wire.frames import Result
-from ..wire.raw_record import RawRecorder
-from ..wire.source import Source
-from ..wire.withheld import REASONS
 from .arrivals import Tell
 from .curve import curve
 

@@ -8,7 +8,8 @@ import zipfile
 from dataclasses import replace
 from typing import Unpack
 
-from .. import places
+from davar import places
+
 from ..errors import BadInput
 from ..report.values import Json
 from .schema import Plan

@@ -1,7 +1,7 @@
 """Frames of davar (addons/can/DESIGN.md) to results: checks every frame, counts what is wrong, and
 joins frames to results.
 
-Decoding is cantools with tools/davar.dbc; transports are in davarlab.source.
+Decoding is cantools with tools/davar.dbc; transports are in source.py.
 """
 
 import functools
