@@ -1649,6 +1649,21 @@ class Device:
     grid_accuracy: float = threshold(
         1e-3, "relative", "choice", "of an Allan deviation on the grid of frequencies"
     )
+    flight_stride_s: float = threshold(
+        0.5, "s", "choice", "between two windows of a recording in motion"
+    )
+    flight_window: int = threshold(
+        600,
+        "samples",
+        "choice",
+        "least longest window of ARW, which nobody reads in motion, as davar.dynamic has it",
+    )
+    rare_floor: float = threshold(
+        0.1,
+        "of the windows in motion",
+        "choice",
+        "up to which a value is an exception, and the reason of the others counts",
+    )
     picked_hz: float = threshold(10.0, "Hz", "choice", "below which a log usually holds picks")
 
 

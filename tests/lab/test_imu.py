@@ -228,6 +228,45 @@ def test_a_flight_has_its_floor():
     assert "at rest" in done.stdout
 
 
+def moving(rate, seconds, white, rng, count=0.0):
+    """Noise of a gyro that turns, deg/s, in counts of that size."""
+    size = int(rate * seconds)
+    motion = np.convolve(rng.standard_normal(size), np.hanning(int(rate)), "same")
+    rates = white / 60 * np.sqrt(rate) * rng.standard_normal(size) + 30 * motion / np.std(motion)
+    return np.round(rates / count) * count if count else rates
+
+
+@pytest.mark.parametrize(
+    "rate", [50, 200, 1000, 1969.43, 2000, pytest.param(8000, marks=pytest.mark.slow)]
+)
+def test_a_flight_of_any_rate_has_its_floor(lab, rate):
+    """White noise of 0.6 deg/sqrt(h) below motion and, above 200 Hz, the lines of four rotors."""
+    rng = np.random.default_rng(int(rate))
+    rates = moving(rate, max(20, 8000 / rate), 0.6, rng)
+    time = np.arange(len(rates)) / rate
+    for turn in (61.0, 63.5, 66.2, 67.9) if rate > 200 else ():
+        turns = turn * time + 0.2 * np.cumsum(rng.standard_normal(len(time))) / rate
+        rates += 5 * np.sin(2 * np.pi * turns)
+    columns = {"time_s": time, "gyro_z_dps": rates}
+    done = run("imu", lab_bench.write_csv(lab.work / "flight.csv", columns))
+    assert "assumes that no filter stands between the gyro and the log" in done.stdout
+    (value,) = re.findall(r"rotor lines and motion: ([\d.]+) deg/sqrt\(h\)", done.stdout)
+    assert float(value) == pytest.approx(0.6, rel=0.15)
+
+
+@pytest.mark.parametrize("count, hidden", [(0.061, False), (0.3, True)])
+def test_rounding_is_no_noise_of_a_gyro_in_motion(lab, count, hidden):
+    """0.1 deg/sqrt(h) at 2 kHz is 0.075 deg/s per sample."""
+    rates = moving(2000, 30, 0.1, np.random.default_rng(9), count)
+    columns = {"time_s": np.arange(len(rates)) / 2000, "gyro_z_dps": rates}
+    done = run("imu", lab_bench.write_csv(lab.work / "turns.csv", columns), "--bandwidth", "none")
+    assert done.returncode == hidden, done.stderr
+    assert ("rounding to counts hides it. It is below 0." in done.stdout) == hidden
+    found = re.findall(r"rotor lines and motion: ([\d.]+) deg", done.stdout)
+    assert [float(one) == pytest.approx(0.1, rel=0.15) for one in found] == [True] * (not hidden)
+    assert "assumes that no filter stands" not in done.stdout
+
+
 @pytest.mark.slow
 def test_the_output_in_the_documentation_is_the_one_of_the_command(lab, monkeypatch):
     monkeypatch.chdir(lab.work)

@@ -3,17 +3,14 @@
 import argparse
 import json
 import os
-import warnings
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
-import davar
-import numpy as np
-
 from .. import axes, files
 from .. import model as models
+from ..data import floors
 from ..data.recording import Recording
 from ..diagnosis import fitting, improve, search
 from ..errors import BadInput, Moving
@@ -26,12 +23,11 @@ from . import option_types
 from .shared import LOG, REC, Command, argument, emit, log_options, progress, recorded
 
 DATA = "json"  # of --to: what --json prints
-STRIDE_S = 0.5  # between two windows of a flight
 LOUD = 10.0  # deg/sqrt(h), of no MEMS gyro at rest: four times that of a noisy one
 WHITE = "coefficient_deg_per_sqrt_h"  # of angle random walk, the first effect of a model
 
 
-def of_axis(whole: Recording, column: str, bandwidth: str) -> Axis:
+def of_axis(whole: Recording, column: str, bandwidth: str | None) -> Axis:
     """What the analysis finds on an axis at rest; of a flight, its floor."""
     recording, model = axes.for_analysis(whole, models.first(whole.rate_hz, column))
     try:
@@ -39,7 +35,7 @@ def of_axis(whole: Recording, column: str, bandwidth: str) -> Axis:
     except Moving as why:
         if whole.doubts and not whole.as_recorded:
             return Axis(column, said=f"no value: {next(iter(whole.doubts.values()))}")
-        floor = flown(whole, column, bandwidth) if column.startswith("gyro") else []
+        floor = floors.measured(whole, column, bandwidth) if column.startswith("gyro") else None
         moves = str(why).removeprefix(f"{whole.name}: ").partition(". ")[0]
         return Axis(column, said=f"no value at rest: {moves}", floor=floor)
     except BadInput as why:  # an axis of its own: it is dead, or too little of it is left
@@ -55,9 +51,8 @@ def of_axis(whole: Recording, column: str, bandwidth: str) -> Axis:
     level = white if judgement.adequate or read is None else max(white, read[0])
     if column.startswith("gyro") and level > LOUD:
         moves = f"an angle random walk of {level:.3g} deg/sqrt(h) comes from motion or vibration"
-        return Axis(
-            column, said=f"no value at rest: {moves}", floor=flown(whole, column, bandwidth)
-        )
+        floor = floors.measured(whole, column, bandwidth)
+        return Axis(column, said=f"no value at rest: {moves}", floor=floor)
     fits = judgement.adequate and bool(white)
     if not fits and (read is None or not read[0]):
         return Axis(column, said=f"this recording shows no white noise. {said}")
@@ -72,24 +67,6 @@ def at_95(reading: Reading) -> Value:
     low = min(value - share * (value - below) for value, below, _ in both)
     high = max(value + share * (above - value) for value, _, above in both)
     return (both[0][0] + both[1][0]) / 2, low, high
-
-
-def flown(recording: Recording, column: str, bandwidth: str) -> list[float]:
-    """The floor of each window. Raises BadInput where davar rejects the filter or the record."""
-    there = slice(None) if recording.known is None else recording.known
-    try:
-        # Motion hides ARW in most windows.
-        with warnings.catch_warnings(action="ignore", category=UserWarning):
-            found = davar.dynamic(
-                np.asarray(recording.columns[column][there], np.float64),
-                time_s=recording.time_s[there],
-                bandwidth=bandwidth,
-                stride=max(1, round(STRIDE_S * recording.rate_hz)),
-                floor=True,
-            )
-    except ValueError as why:
-        raise BadInput(f"noise of {column} in motion: {why}") from None
-    return [float(one) for one in found.floor_deg_per_sqrt_h[found.floor_why == 0]]
 
 
 def output_of(options: argparse.Namespace) -> str | None:
@@ -152,9 +129,9 @@ def run_sensor(options: argparse.Namespace) -> int:
 def answered(found: Sequence[Axis], recording: Recording) -> bool:
     """Has every axis a value that holds: at rest by a model that fits, in motion every gyro by its
     floor."""
-    flies = any(one.floor for one in found)
+    flies = any(one.flies for one in found)
     wanted = [one for one in found if not (flies and one.quantity == "accel")]
-    return all(one.fits or one.floor for one in wanted) and not noise.counts(recording)
+    return all(one.fits or one.flies for one in wanted) and not noise.counts(recording)
 
 
 def write(options: argparse.Namespace, found: Sequence[Axis], output: str, data: Any) -> None:
@@ -187,10 +164,9 @@ COMMANDS: dict[str, Command] = {
             argument("-o", "--output", help="the file (default: named after the log)"),
             argument(
                 "--bandwidth",
-                default="none",
                 metavar="FILTER",
                 help="of a recording in motion: what the gyro's noise passed, as davar-sim takes "
-                "it (default none)",
+                "it; none: nothing (default: none, with a warning)",
             ),
             argument(
                 "--inflate",

@@ -10,6 +10,7 @@ import numpy as np
 from .. import axes
 from .. import model as models
 from ..data import signals
+from ..data.floors import Floor
 from ..data.recording import Recording
 from ..diagnosis.improve import Estimates
 from ..effects import table
@@ -22,6 +23,16 @@ from .parameters import Noise, Parameter
 
 DEFAULT = "kalibr"  # whose names the table has unless another program is named
 WALK = "rate_random_walk"
+# floor_why -> why a flight has no value, and what to do. {}: the upper limit.
+WITHOUT = (
+    "",
+    "the gaps leave too little of it. {}Give a recording without gaps",
+    "the filter leaves too few frequencies, or is known too little. {}Log before the filter",
+    "the counts are at the end of the range. {}Set a larger range",
+    "rounding to counts hides it. {}Log finer counts",
+    "it changes within a window. {}Give a steadier part",
+    "the value does not change. {}Check the sensor",
+)
 FAMILIAR = {
     "gyro": (
         Parameter("ARW", "gyro", "deg/sqrt(h)", "", lambda noise: 60 * DEG_PER_RAD * noise.white),
@@ -45,7 +56,7 @@ Value = tuple[float, float | None, float | None]  # with its 95 % interval, wher
 class Axis:
     """One axis. model, estimates: of the analysis at rest, None where it moves; fits: the verdict
     on the model; said: its sentence; reading: the angle random walk that the record has without the
-    model, deg/sqrt(h), with its ends; floor: deg/sqrt(h) of the windows of a flight; moved: the
+    model, deg/sqrt(h), with its ends; floor: of a gyro in motion; moved: the
     share of the record that was left out."""
 
     column: str
@@ -54,8 +65,13 @@ class Axis:
     fits: bool = False
     said: str = ""
     reading: Value | None = None
-    floor: Sequence[float] = ()
+    floor: Floor | None = None
     moved: float = 0.0
+
+    @property
+    def flies(self) -> bool:
+        """It moves, and has the noise between rotor lines and motion."""
+        return self.floor is not None and bool(self.floor.values)
 
     @property
     def quantity(self) -> str:
@@ -221,16 +237,31 @@ def remarks(found: Sequence[Axis], recording: Recording) -> list[str]:
     for one in found:
         if not one.fits:
             lines.append(f"{one.column}: {one.said}")
-        if len(one.floor):
-            low, middle, high = np.quantile(one.floor, (0.1, 0.5, 0.9))
-            lines.append(
-                f"  noise between rotor lines and motion: {middle:.3g} deg/sqrt(h) (80 % of "
-                f"{len(one.floor)} windows: {low:.3g} to {high:.3g})"
-            )
+        if one.floor:
+            lines += in_motion(one.floor)
     return lines + [
         f"{name}: counts without a unit. Type --unit gyro=FACTOR, the deg/s of a count"
         for name in counts(recording)
     ]
+
+
+def in_motion(floor: Floor) -> list[str]:
+    """The floor of one axis, and what most windows without one lack."""
+    lines = []
+    if floor.values:
+        low, middle, high = np.quantile(floor.values, (0.1, 0.5, 0.9))
+        lines.append(
+            f"  noise between rotor lines and motion: {middle:.3g} deg/sqrt(h) (80 % of "
+            f"{len(floor.values)} windows: {low:.3g} to {high:.3g})"
+        )
+    if 2 * len(floor.values) < floor.windows:
+        below = f"It is below {floor.most:.3g} deg/sqrt(h). " if floor.most else ""
+        lines.append(
+            f"  noise between rotor lines and motion: no value in "
+            f"{floor.windows - len(floor.values)} of {floor.windows} windows: "
+            + WITHOUT[floor.why].format(below)
+        )
+    return lines
 
 
 def limits(
@@ -243,7 +274,18 @@ def limits(
         "bias. The value is converted from bias instability or Gauss-Markov noise. The true one "
         "may be several times larger. Record for an hour or more to measure it."
     )
-    return [walk] * bool(names) + in_use(found, recording)
+    return [walk] * bool(names) + before_filter(found) + in_use(found, recording)
+
+
+def before_filter(found: Sequence[Axis]) -> list[str]:
+    """What the noise in motion assumes."""
+    if not any(one.floor and one.floor.filter is None for one in found):
+        return []
+    return [
+        "Filter: the noise in motion assumes that no filter stands between the gyro and the log. "
+        "After a filter, it is too low. State the filter with --bandwidth (biquad:90, pt1:100, "
+        "...), or none: --bandwidth none."
+    ]
 
 
 def in_use(found: Sequence[Axis], recording: Recording) -> list[str]:
@@ -349,6 +391,6 @@ def plain(
         "axes": out,
         "fits": {one.column: one.fits for one in found if one.model is not None},
         "said": {one.column: one.said for one in found},
-        "floor_deg_per_sqrt_h": {one.column: list(one.floor) for one in found if one.floor},
+        "floor_deg_per_sqrt_h": {one.column: one.floor.values for one in found if one.floor},
         "limits": limits(found, recording, target, bias_time_s),
     }
