@@ -461,3 +461,23 @@ def test_ctrl_c_ends_it_while_it_computes(tmp_path):
     told = [line for line in said.splitlines() if "the workbench is open" not in line]
     assert (server.returncode, told) == (0, [])
     assert not list(tmp_path.glob("*.partial"))
+
+
+def test_the_options_of_a_plan_keep_the_order_of_the_planner():
+    """Whatever the order of a set is, which differs from one start of Python to the next."""
+    script = (
+        "from davarlab.workbench import plans, schema\n"
+        "given = {'core': 'cortex-m4f', 'bandwidth': '33:2', 'lsb': '0.05', 'rate': '1000'}\n"
+        "print(*schema.request('plan', plans.plan, query=given))"
+    )
+    printed = {
+        subprocess.run(
+            [sys.executable, "-c", script],
+            env=os.environ | {"PYTHONHASHSEED": seed},
+            text=True,
+            capture_output=True,
+            check=True,
+        ).stdout
+        for seed in ("1", "2", "3", "4")
+    }
+    assert printed == {"rate lsb bandwidth core\n"}

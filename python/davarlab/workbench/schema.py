@@ -198,7 +198,8 @@ def request(
         )
     except ValidationError as why:
         raise BadInput(f"{what}: {said(why)}") from None
-    return {name: getattr(found, name) for name in found.model_fields_set}
+    given = (name for name in type(found).model_fields if name in found.model_fields_set)
+    return {name: getattr(found, name) for name in given}
 
 
 def session(data: bytes) -> SessionFile:
