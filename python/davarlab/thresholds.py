@@ -790,6 +790,12 @@ class Change:
         "choice",
         "of the largest ratio of white noise over the range of the temperature",
     )
+    growth_simplex: tuple[tuple[float, float], ...] = threshold(
+        ((0.0, 0.0), (0.3, 0.0), (0.0, 0.3)),
+        "logarithm",
+        "choice",
+        "of white noise over the range of the temperature, linear and quadratic: first steps",
+    )
 
 
 @dataclass(frozen=True)

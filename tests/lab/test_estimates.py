@@ -284,6 +284,14 @@ def test_white_noise_that_grows_beside_flicker_keeps_its_level():
         ("temperature", {"coefficient_dps_per_degC": Estimate(-0.01, -0.03, 0.01)}, True),
         ("temperature", {"coefficient_dps_per_degC": Estimate(-0.02, -0.03, -0.01)}, False),
         ("temperature_noise", {"relative_per_degC": Estimate(0.001, -0.001, 0.003)}, True),
+        (
+            "temperature_noise",
+            {
+                "relative_per_degC": Estimate(0.001, -0.001, 0.003),
+                "curvature_per_degC2": Estimate(-0.02, -0.03, -0.01),
+            },
+            False,
+        ),
         ("sinusoid", {"amplitude_dps": Estimate(0.0, undetermined=True)}, True),
         ("low_pass", {"cutoff_hz": Estimate(8.0, 7.0, 9.0)}, False),
         ("bias_instability", {"coefficient_deg_per_h": Estimate(5.0)}, False),  # as set

@@ -6,7 +6,7 @@ statistics in full.
 import functools
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import awkward
 import benchmark_effects
@@ -102,6 +102,20 @@ def of_size(kind, make, *arguments, **more):
     """An effect of the size of data sheets."""
     return Scenario(
         lambda: Recording(make(4, *arguments, **more), heat.RATE), includes=kind, verdict=None
+    )
+
+
+def bent_noise(seed, grown):
+    """White noise whose standard deviation is 0.085 deg/s exp(grown(temperature)), once warmed from
+    25 to 31 degC and cooled, one sample in 10 s as of a slow logger."""
+    rng, t = np.random.default_rng(seed), np.arange(20_000) * 10.0
+    warm = 28 - 3 * np.cos(2 * np.pi * t / t[-1]) + 0.5 * np.sin(2 * np.pi * t / 86_400)
+    rate = 0.085 * np.exp(grown(warm)) * rng.standard_normal(len(t))
+    columns = {"time_s": t, "gyro_z_dps": rate, "temp_degC": warm}
+    return Scenario(
+        lambda: Recording(columns, 0.1),
+        ("temperature_noise",),
+        model=Model(0.1, "gyro_z_dps", bench.terms(14.0, 3.0)),
     )
 
 
@@ -298,6 +312,19 @@ SCENARIOS = {
         "walk",
         "temperature_noise",
         near={"temperature_noise.relative_per_degC": (0.05, 0.01)},
+    ),
+    "noise that falls once it is warm": bent_noise(
+        2, lambda warm: -0.05 * np.logaddexp(0, (warm - 27.5) / 0.25)
+    ),
+    "noise that falls once it is warm, by bends": bent_noise(
+        3, lambda warm: -0.1 * np.logaddexp(0, (warm - 27.5) / 0.5)
+    ),
+    "noise that falls the more, the warmer it is": replace(
+        bent_noise(4, lambda warm: -0.1 * (warm - 28) - 0.012 * (warm - 28) ** 2),
+        holds={
+            "temperature_noise.relative_per_degC": -0.1,
+            "temperature_noise.curvature_per_degC2": -0.012,
+        },
     ),
     "a supply": heated("supply", "walk", "follows", near={"follows.column": "supply_V"}),
     "a neighbour": heated("leak", "walk", "follows", near={"follows.column": "gyro_x_dps"}),

@@ -251,7 +251,7 @@ def in_the_noise(bench: Bench, parts: Sequence[Part], blocks: Blocks) -> Candida
     """White noise that goes with the temperature. A level that moves for other reasons too must not
     pass for it, so the gain is divided by what stays restless."""
     relative, gain = modulation.best_growth(parts, bench.recording, blocks)
-    part = Part("temperature_noise", {"relative_per_degC": relative})
+    part = Part("temperature_noise", {"relative_per_degC": relative, "curvature_per_degC2": 0.0})
     variance = changes.fit(
         blocks, modulation.variance_shapes([*parts, part], bench.recording, blocks)
     )[1]

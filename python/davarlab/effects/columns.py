@@ -190,17 +190,19 @@ def may_follow(recording: Recording, gyro: str | None = None) -> list[str]:
     ]
 
 
-def growth(recording: Recording, relative: float) -> Floats:
-    """How the standard deviation of the white noise goes with the temperature; 1 at its mean."""
-    slow = slow_temperature(recording)
-    found: Floats = np.exp(np.clip(relative * (slow - slow.mean()), -20, 20))
+def growth(warm: Floats, shape: Values) -> Floats:
+    """How the standard deviation of the white noise goes with the temperature, which is `warm` from
+    its mean; 1 there."""
+    slope = shape["relative_per_degC"] + shape.get("curvature_per_degC2", 0.0) * warm
+    found: Floats = np.exp(np.clip(slope * warm, -20, 20))
     return found
 
 
 def simulate_temperature_noise(
     recording: Recording, parameters: Values, _: np.random.Generator, white: Floats
 ) -> Floats:
-    return white * (growth(recording, parameters["relative_per_degC"]) - 1)
+    slow = slow_temperature(recording)
+    return white * (growth(slow - slow.mean(), parameters) - 1)
 
 
 def added_variance(x: Floats, shape: Values) -> Floats:
@@ -287,11 +289,14 @@ TEMPERATURE_HYSTERESIS = Effect(
 TEMPERATURE_NOISE = Effect(
     "temperature_noise",
     "The white noise changes with the temperature.",
-    (Parameter("relative_per_degC", "1/degC", -10, 10),),
+    (
+        Parameter("relative_per_degC", "1/degC at the mean temperature", -10, 10),
+        Parameter("curvature_per_degC2", "1/degC^2", -10, 10, default=0.0, optional=True),
+    ),
     "Hold two temperatures. The noise of single samples must differ, and return with the "
     "temperature.",
     "variance",
-    "slope -1/2, higher while it is hot",
+    "slope -1/2, its level changes with the temperature",
     simulate=simulate_temperature_noise,
     needs=("temp_degC",),
     sized=False,

@@ -51,12 +51,18 @@ def as_shown(entries: Sequence[Entry], adequate: bool) -> list[Entry]:
 def superfluous(kind: str, entry: Entry) -> bool:
     """Does the interval of an effect contain its absence."""
     effect = table.find(kind)
-    size = entry.get(effect.size.name)
-    if size is None or effect.role == "filter":
+    sizes = [effect.size.name] if effect.sized else effect.shape_names
+    there = [entry[name] for name in sizes if name in entry]
+    if not there or effect.role == "filter":
         return False
+    return all(contains(one, effect.nothing) for one in there)
+
+
+def contains(size: Estimate, nothing: float) -> bool:
+    """May a size be that of an absent effect."""
     if size.low is None or size.high is None:
-        return size.undetermined and size.value == effect.nothing
-    return size.low <= effect.nothing <= size.high
+        return size.undetermined and size.value == nothing
+    return size.low <= nothing <= size.high
 
 
 Place = tuple[int, str]  # of a shape: index of its part, name
@@ -406,19 +412,19 @@ def growth_estimates(
     parts: Sequence[Part], recording: Recording, blocks: Blocks, share: float
 ) -> dict[str, Entry]:
     """Of temperature_noise: the energies of the blocks know it as far as the spectrum is white."""
-    spread = (
-        np.sqrt(2 * blocks.length * np.sum(modulation.block_temperature(recording, blocks) ** 2))
-        if any(part.kind == "temperature_noise" for part in parts)
-        else 0.0
-    )
+    part = next((one for one in parts if one.kind == "temperature_noise"), None)
+    warm = modulation.block_temperature(recording, blocks) if part else np.zeros(1)
+    if part is None or np.ptp(warm) <= 0:
+        return {}
+    names = list(part.effect.said(part.shape))  # without a curvature of 0
+    powers = np.array([warm, warm**2])[: len(names)]
+    design = powers - powers.mean(axis=1, keepdims=True)
+    errors = np.sqrt(np.diag(np.linalg.pinv(2 * blocks.length * design @ design.T)))
     return {
         part.kind: {
-            "relative_per_degC": interval(
-                part.shape["relative_per_degC"] / share, 1 / spread / share, False
-            )
+            name: interval(part.shape[name] / share, error / share, False)
+            for name, error in zip(names, errors)
         }
-        for part in parts
-        if part.kind == "temperature_noise" and spread > 0
     }
 
 

@@ -1,7 +1,8 @@
 """White noise whose level changes while the rest of the spectrum does not: what that does to the
 whitened residual (DESIGN 5)."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 import scipy
@@ -12,7 +13,7 @@ from ..data.recording import Recording
 from ..effects import columns
 from ..effects.base import Values, needed
 from ..effects.changes import vibration_square
-from ..thresholds import CHANGE
+from ..thresholds import CHANCE, CHANGE
 from . import changes
 from .changes import Blocks
 from .parts import Bench, Part
@@ -49,12 +50,10 @@ def variance_shapes(parts: Sequence[Part], recording: Recording, blocks: Blocks)
 
 def white_growth(parts: Sequence[Part], recording: Recording, blocks: Blocks) -> Floats:
     """The variance of the white noise per block, 1 at the mean temperature (5.5)."""
-    relative = sum(
-        part.shape["relative_per_degC"] for part in parts if part.kind == "temperature_noise"
-    )
-    if not relative:
-        return np.ones(len(blocks.energy))
-    found: Floats = np.exp(np.clip(2 * relative * block_temperature(recording, blocks), -40, 40))
+    found = np.ones(len(blocks.energy))
+    for part in parts:
+        if part.kind == "temperature_noise":
+            found *= columns.growth(block_temperature(recording, blocks), part.shape) ** 2
     return found
 
 
@@ -104,41 +103,72 @@ def constant(rows: Floats) -> bool:
     return len(rows) == 1 and np.ptp(rows[0]) == 0
 
 
-def best_growth(parts: Sequence[Part], recording: Recording, blocks: Blocks) -> tuple[float, float]:
-    """The exponent of temperature_noise, of the parts' own or beside them, at the maximum of the
-    likelihood of the blocks: (relative_per_degC, gain over none)."""
+def growth_loss(
+    parts: Sequence[Part], recording: Recording, blocks: Blocks
+) -> tuple[Callable[[Floats], float], float]:
+    """(minus the log-likelihood of the blocks with noise that grows by so much, linear and
+    quadratic, over the range of the temperature, in place of the parts' own; that range, degC)."""
     others = [part for part in parts if part.kind != "temperature_noise"]
     rows = variance_shapes(others, recording, blocks)
     warm = block_temperature(recording, blocks)
-    if np.ptp(warm) <= 0:
+    span = float(np.ptp(warm))
+
+    def loss(grown: Floats) -> float:
+        factor = columns.growth(warm, growth_shape(grown, span)) ** 2
+        return -changes.fit(blocks, np.vstack([rows[:1] * factor, rows[1:]]))[2]
+
+    return loss, span
+
+
+def growth_shape(grown: Floats, span: float) -> Values:
+    """temperature_noise that grows by so much over a range of temperature."""
+    return {
+        "relative_per_degC": float(grown[0]) / span,
+        "curvature_per_degC2": float(grown[1]) / span**2,
+    }
+
+
+def best_growth(parts: Sequence[Part], recording: Recording, blocks: Blocks) -> tuple[float, float]:
+    """The exponent of temperature_noise without curvature, of the parts' own or beside them, at the
+    maximum of the likelihood of the blocks: (relative_per_degC, gain over none)."""
+    loss, span = growth_loss(parts, recording, blocks)
+    if span <= 0:
         return 0.0, 0.0
 
-    def loss(relative: float) -> float:
-        return -changes.fit(blocks, np.vstack([rows[:1] * np.exp(2 * relative * warm), rows[1:]]))[
-            2
-        ]
+    def straight(grown: float) -> float:
+        return loss(np.array([grown, 0.0]))
 
-    reach = CHANGE.growth_most / np.ptp(warm)
-    tried = np.linspace(-reach, reach, 17)
-    best = int(np.argmin([loss(relative) for relative in tried]))
+    tried = np.linspace(-CHANGE.growth_most, CHANGE.growth_most, 17)
+    best = int(np.argmin([straight(grown) for grown in tried]))
     found = scipy.optimize.minimize_scalar(
-        loss,
+        straight,
         bounds=(tried[max(best - 1, 0)], tried[min(best + 1, 16)]),
         method="bounded",
-        options={"xatol": 1e-4 * reach},
+        options={"xatol": 1e-4 * CHANGE.growth_most},
     )
-    return float(found.x), float(loss(0.0) - found.fun)
+    return float(found.x) / span, float(straight(0.0) - found.fun)
+
+
+def bent_growth(parts: Sequence[Part], recording: Recording, blocks: Blocks) -> Values:
+    """The shape of temperature_noise; with a curvature where the record shows one (5.5)."""
+    relative, gain = best_growth(parts, recording, blocks)
+    loss, span = growth_loss(parts, recording, blocks)
+    if span <= 0:
+        return {"relative_per_degC": relative, "curvature_per_degC2": 0.0}
+    first = np.array([relative * span, 0.0])
+    options = {"initial_simplex": first + CHANGE.growth_simplex, "xatol": 1e-3, "fatol": 1e-2}
+    found = scipy.optimize.minimize(loss, first, method="Nelder-Mead", options=options)
+    bends = loss(np.zeros(2)) - gain - found.fun > CHANCE.bend
+    return growth_shape(found.x if bends else first, span)
 
 
 def regrown(bench: Bench, parts: list[Part], fit: Fit) -> list[Part]:
-    """The parts with the exponent of temperature_noise refitted."""
+    """The parts with the law of temperature_noise refitted."""
     if not any(part.kind == "temperature_noise" for part in parts):
         return parts
-    blocks = bench.blocks(parts, fit)
-    relative = best_growth(parts, bench.recording, blocks)[0]
+    shape = bent_growth(parts, bench.recording, bench.blocks(parts, fit))
     return [
-        part.moved("relative_per_degC", relative) if part.kind == "temperature_noise" else part
-        for part in parts
+        replace(part, shape=shape) if part.kind == "temperature_noise" else part for part in parts
     ]
 
 
