@@ -43,7 +43,9 @@ What you have
                        which bounds the noise between rotor lines and motion (slow if --flash and
                        --ram allow it without fewer terms)
   --engine ENGINE      slide: fewer instructions, and no push takes much longer than another; grid:
-                       less RAM (the one that needs less memory)
+                       less RAM; small: least flash and RAM, but each lost sample restarts the
+                       window: one axis of int16 with --lost 0, --motion none and --bandwidth
+                       (the one that needs the least memory)
   --core CORE          {cores}
   --flash BYTES        that davar may use; 24k is 24576
   --ram BYTES          the same, without the stack

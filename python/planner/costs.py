@@ -51,6 +51,8 @@ def round8(size: int) -> int:
 
 
 def plan_bytes(design: Design, sizes: dict[str, Any]) -> int:
+    if design.engine == "small":
+        return int(sizes["small_plan"][design.taus_max - 1])
     return round8(int(sizes["plan"][design.taus_max - 1]))
 
 
@@ -58,6 +60,10 @@ def ram_bytes(design: Design, sizes: dict[str, Any], other: int) -> int:
     """Exact: the memory is that of the library's macros, the sizes of types are those of the core's
     compiler. other: what the C library adds."""
     axes, pointer, (base, of_tau) = design.wishes.axes, sizes["pointer"], sizes["result"]
+    if design.engine == "small":
+        state = sizes["small"][0] + sizes["small"][1] * design.taus_max
+        result = round8(base + of_tau * design.taus_max)
+        return round8(2 * (design.window + 1)) + state + result + other
     instance = programs.memory(pointer, *design.memory) + design.gap_bytes
     total: int = axes * (round8(instance) + sizes["instance"])
     total += round8(base + of_tau * design.taus_max) + plan_bytes(design, sizes) + other

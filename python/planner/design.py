@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from . import programs
 from .floors import Floor, floor
-from .wishes import ENGINES, Wishes
+from .wishes import ENGINES, Wishes, suits_small
 
 RESPOND_S = 5.0  # usual wishes
 ARW_PERCENT = 10.0
@@ -37,7 +37,7 @@ class Design:
 
     wishes: Wishes
     law: str  # "fixed" or "glr"
-    engine: str  # "slide" or "grid"
+    engine: str  # "slide", "grid" or "small"
     fit: (
         str  # "arw": of the window; "curve": and deviations of a cascade; "terms": and a fit of all
     )
@@ -63,6 +63,8 @@ class Design:
     @property
     def gaps(self) -> int:
         """That a window stores: of lost samples, one more restarts it once in 10^4 windows."""
+        if self.engine == "small":
+            return 0
         usual = (self.window + self.stride) * self.wishes.lost_percent / 100
         count = math.ceil(usual + 4 * math.sqrt(usual)) + GAPS_LEAST
         return min(count + count % 2, GAPS_MOST)
@@ -97,9 +99,15 @@ class Design:
         return floor(self.wishes)
 
     @property
+    def filtered(self) -> bool:
+        """Its samples are not declared white."""
+        return self.wishes.bandwidth != "none"
+
+    @property
     def kind(self) -> str:
         """Its row among the windows of the cost table."""
-        return f"{self.wishes.type} {self.law} {self.engine}"
+        filtered = self.engine != "small" or self.filtered
+        return f"{self.wishes.type} {self.law} {self.engine}" + ("" if filtered else " white")
 
 
 def noise_counts(wishes: Wishes) -> float:
@@ -137,6 +145,8 @@ def _with_cascade(design: Design) -> Iterator[Design]:
     if samples <= design.taus[-1]:
         yield replace(design, fit="arw")
         return
+    if design.engine == "small":
+        return
     shortest = max(CASCADE_LEAST, 2 * design.taus[-1])
     count = 1 + max(0, math.ceil(math.log2(samples / shortest) - 1e-9))
     fits_sums = (shortest << (count - 1)) <= 2 ** CASCADE_BITS[design.wishes.type]
@@ -146,10 +156,11 @@ def _with_cascade(design: Design) -> Iterator[Design]:
 
 
 def _engines(wishes: Wishes, stride: int) -> tuple[str, ...]:
-    """Those to choose from: a grid needs a stride."""
+    """Those to choose from: the others need a stride."""
     if stride == 1:
         return ("slide",)
-    return (wishes.engine,) if wishes.engine else ENGINES
+    possible = ENGINES if suits_small(wishes) else ENGINES[:2]
+    return (wishes.engine,) if wishes.engine else possible
 
 
 def _fixed(wishes: Wishes, strides: Iterable[float]) -> Iterator[Design]:

@@ -86,6 +86,23 @@ def fit_plan(wishes: Wishes, taus: Sequence[int], long_taus: Sequence[int] = ())
         words += ["--long", _list(long_taus)]
     if wishes.bandwidth is not None:
         words += ["--bandwidth", wishes.bandwidth, "--rate", repr(wishes.rate_hz)]
+    return _fit_plan(words)
+
+
+def small_plan(
+    wishes: Wishes, taus: Sequence[int], window: int, stride: int
+) -> FitPlan:
+    """The same for davar/small.h: a constant, for a window of so many samples."""
+    return _fit_plan(
+        [
+            *("--taus", _list(taus), "--name", "davar_setup_plan"),
+            *("--bandwidth", str(wishes.bandwidth), "--rate", repr(wishes.rate_hz)),
+            *("--lsb", repr(wishes.lsb), "--window", str(window), "--stride", str(stride)),
+        ]
+    )
+
+
+def _fit_plan(words: Sequence[str]) -> FitPlan:
     text = run(PROGRAM, *words)
     body, _, comment = text.partition("/* Law glr with this filter:")
     found = re.findall(r"\.(whiten_\w+) = ([-+.e0-9]+)", comment)

@@ -133,7 +133,8 @@ def how(plan: Plan) -> list[str]:
     """Which means the planner chose."""
     design = plan.design
     law = "a fixed window" if design.law == "fixed" else "law glr, windows up to"
-    engine = ", engine grid" if (design.law, design.engine) == ("fixed", "grid") else ""
+    named = design.law == "fixed" and design.engine != "slide"
+    engine = f", engine {design.engine}" if named else ""
     summed = design.floor.summed if design.floor else 1
     sums = f" of sums of {summed} samples" if summed > 1 else ""
     slow = f" and {design.cascade_taus} of a cascade" if design.cascade_taus else ""

@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 RUNNER = ROOT / "tools/plan/simulated.c"
 CACHE = ROOT / "build/simulated"
 FLAGS = ("-std=c11", "-O2", "-DNDEBUG", "-ffp-contract=off")
-PARTS = ("cascade", "floor", "average")  # of addons, in a setup
+PARTS = ("cascade", "floor", "average", "small")  # of addons, in a setup
 PLACES = (
     "lib/include",
     "lib/src",

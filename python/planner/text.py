@@ -17,6 +17,8 @@ def defines(design: Design) -> list[str]:
         "Q31" if narrow else "Q15": 0,
         "LAWS": int(design.law == "glr"),
     }
+    if design.engine == "small":
+        options["FILTERS"] = int(design.filtered)
     return [f"DAVAR_{name}={value}" for name, value in options.items()]
 
 
@@ -102,11 +104,7 @@ void davar_setup_restart(void);
  * the start; all are 0 if there is no such axis. Call it in the main loop. davar_can_health copies
  * them to the counters of CAN and serial frames. */
 davar_health_t davar_setup_health(uint8_t axis);
-
-/* Returns the instance of an axis, or null if there is no such axis. Other functions of davar need
- * it. A result that davar_take takes from it is missing in davar_setup_take. */
-davar_t *davar_setup_instance(uint8_t axis);
-
+{instance}
 /* Returns the configuration of all instances: rate, stride, window and cluster sizes. The encoder
  * of frames needs it (davar_encoder_init). */
 const davar_config_t *davar_setup_config(void);
@@ -116,6 +114,12 @@ const davar_config_t *davar_setup_config(void);
 #endif
 
 #endif
+"""
+
+INSTANCE = """
+/* Returns the instance of an axis, or null if there is no such axis. Other functions of davar need
+ * it. A result that davar_take takes from it is missing in davar_setup_take. */
+davar_t *davar_setup_instance(uint8_t axis);
 """
 
 
@@ -132,6 +136,7 @@ def header(design: Design, title: str, about: Sequence[str], alone: bool) -> str
     checks = [f"({name} != {value})" for name, value in (d.split("=") for d in defines(design))]
     lines = [" || ".join(checks[i : i + 3]) for i in range(0, len(checks), 3)]
     glr = ("glr",) if design.law == "glr" else ()
+    small = ("small",) if design.engine == "small" else ()
     types = [name for part in chosen for name in part.types]
     more = ""
     if glr:
@@ -144,7 +149,7 @@ def header(design: Design, title: str, about: Sequence[str], alone: bool) -> str
         about="\n".join(f" * {line}".rstrip() for line in about),
         davar='#include "davar.h"'
         if alone
-        else "\n".join(f'#include "davar/{name}.h"' for name in ("davar", "fit", *glr, *types)),
+        else "\n".join(f'#include "davar/{name}.h"' for name in ("davar", "fit", *glr, *small, *types)),
         conditions=" || \\\n    ".join(lines),
         wrong="this is another davar.h, or -DDAVAR_ options contradict it"
         if alone
@@ -158,14 +163,11 @@ def header(design: Design, title: str, about: Sequence[str], alone: bool) -> str
         more=more,
         also=" of take or curve" if design.cascade_taus else "",
         functions="".join(part.comment for part in chosen),
+        instance="" if small else INSTANCE,
     )
 
 
-SOURCE = """/* {title} davar_setup.h describes it. */
-#include "davar_setup.h"
-{includes}
-{plan}
-static const uint32_t taus[] = {{{taus}}}; /* samples */
+CONFIG = """static const uint32_t taus[] = {{{taus}}}; /* samples */
 static const davar_config_t config = {{
     .rate_hz = {rate!r},
     {scale}
@@ -174,7 +176,12 @@ static const davar_config_t config = {{
     .taus = taus,
     .tau_count = {count},
 }};
-static uint64_t memory[DAVAR_SETUP_AXES]
+"""
+SOURCE = """/* {title} davar_setup.h describes it. */
+#include "davar_setup.h"
+{includes}
+{plan}
+{config}static uint64_t memory[DAVAR_SETUP_AXES]
                       [{memory} / 8U];
 static davar_t gyro[DAVAR_SETUP_AXES];
 {declarations}
@@ -225,6 +232,52 @@ davar_health_t davar_setup_health(uint8_t axis)
 davar_t *davar_setup_instance(uint8_t axis)
 {{
     return (axis < DAVAR_SETUP_AXES) ? &gyro[axis] : NULL;
+}}
+
+const davar_config_t *davar_setup_config(void)
+{{
+    return &config;
+}}
+"""
+
+SMALL = """/* {title} davar_setup.h describes it. */
+#include "davar_setup.h"
+
+{plan}
+{config}static int16_t ring[{window} + 1];
+static davar_small_t gyro;
+static davar_result_t result;
+
+davar_status_t davar_setup_start(void)
+{{
+    davar_small_start(&gyro, &davar_setup_plan, ring);
+    return DAVAR_OK;
+}}
+
+void davar_setup_push(const int16_t *samples, size_t count)
+{{
+    davar_small_push(&gyro, samples, count);
+}}
+
+void davar_setup_gap(uint32_t missing)
+{{
+    davar_small_gap(&gyro, missing);
+}}
+
+const davar_result_t *davar_setup_take(uint8_t axis)
+{{
+    return ((axis == 0) && davar_small_take(&gyro, &result)) ? &result : NULL;
+}}
+
+void davar_setup_restart(void)
+{{
+    davar_small_restart(&gyro);
+}}
+
+davar_health_t davar_setup_health(uint8_t axis)
+{{
+    const davar_health_t none = {{0}};
+    return (axis == 0) ? davar_small_health(&gyro) : none;
 }}
 
 const davar_config_t *davar_setup_config(void)
@@ -287,10 +340,7 @@ def source(design: Design, title: str, plan: str, whitening: Sequence[str], alon
     files().
     """
     chosen = parts(design)
-    return SOURCE.format(
-        title=title,
-        includes=_includes(chosen, alone),
-        plan=plan,
+    config = CONFIG.format(
         taus=", ".join(map(str, design.taus)),
         rate=design.wishes.rate_hz,
         scale=scale(design),
@@ -298,6 +348,14 @@ def source(design: Design, title: str, plan: str, whitening: Sequence[str], alon
         engine=_engine(design),
         window="\n    ".join(_window(design, whitening)),
         count=len(design.taus),
+    )
+    if design.engine == "small":
+        return SMALL.format(title=title, plan=plan, config=config, window=design.window)
+    return SOURCE.format(
+        title=title,
+        includes=_includes(chosen, alone),
+        plan=plan,
+        config=config,
         memory=_memory(design),
         suffix=SUFFIX[design.wishes.type],
         push=_push(design, chosen),
@@ -336,7 +394,11 @@ def files(
     files, so that the folder compiles alone and without options; None: from a folder of davar.
     """
     long_taus, alone = design.long_taus if design.fit == "terms" else (), library is not None
-    plan = programs.fit_plan(design.wishes, design.taus, long_taus)
+    plan = (
+        programs.small_plan(design.wishes, design.taus, design.window, design.stride)
+        if design.engine == "small"
+        else programs.fit_plan(design.wishes, design.taus, long_taus)
+    )
     setup = {
         "davar_setup.h": header(design, title, about, alone),
         "davar_setup.c": source(design, title, plan.text, plan.whitening, alone),

@@ -11,7 +11,7 @@ from . import sensors
 
 TYPES = ("int16", "int32", "float")
 MOTIONS = ("none", "slow", "flight")
-ENGINES = ("slide", "grid")
+ENGINES = ("slide", "grid", "small")
 AXES_MOST = 16
 FLAGS = ("--json", "--self-contained", "--simulate")
 OF_THE_PROGRAM = {  # options of the program in C
@@ -188,6 +188,16 @@ def of_sensor(text: str) -> dict[str, object]:
         raise BadOption(f"--sensor: expected {why}, found '{text}'") from None
 
 
+def suits_small(wishes: Wishes) -> bool:
+    """Do these wishes need no more than davar/small.h?"""
+    return (
+        (wishes.axes, wishes.type, wishes.lost_percent) == (1, "int16", 0)
+        and wishes.motion not in ("slow", "flight", None)
+        and wishes.bandwidth is not None
+        and wishes.false_alarms_per_hour is None
+    )
+
+
 def checked(wishes: Wishes) -> Wishes:
     """The wishes, if nothing is missing or contradicts."""
     if wishes.type == "float" and wishes.full_scale is None:
@@ -203,6 +213,11 @@ def checked(wishes: Wishes) -> Wishes:
     if wishes.engine == "slide" and wishes.false_alarms_per_hour is not None:
         raise BadOption(
             "--engine: slide has no alarms: leave out --false-alarms-per-hour, or use grid"
+        )
+    if wishes.engine == "small" and not suits_small(wishes):
+        raise BadOption(
+            "--engine: small is for one axis of int16 with --lost 0, --motion none and --bandwidth "
+            "(or --bandwidth none), without alarms"
         )
     if wishes.motion == "flight" and wishes.type == "float":
         raise BadOption("--motion: flight needs counts: state --type int16 or int32, and --lsb")

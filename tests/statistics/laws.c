@@ -418,7 +418,7 @@ static shown_t show(const steady_t *row, uint32_t samples, uint64_t seed)
     shown_t shown = {.results = 0.0};
     uint64_t before = 0U;
     start_steady(row);
-    const double gain = sqrt((double)plan.sample);
+    const double gain = sqrt((double)plan.white.sample);
     for (uint32_t i = 0U; i < samples; i++) {
         const double level = level_at(row, i);
         double x = level * row->next(&source);

@@ -133,7 +133,7 @@ static void test_covariances_match_the_autocovariance(void)
         const bool is_white = (f == 0U) || (f == 10U);
         const double floor = is_white ? 0.0 : r_at(0) / (12.0 * 6.0 * 6.0);
         plan_filter(&filters[f]);
-        TEST_ASSERT_EQUAL(is_white, !(plan.step > 0.0F));
+        TEST_ASSERT_EQUAL(is_white, !(plan.white.step > 0.0F));
         assert_near(floor, (double)plan.floor, 1e-5);
         for (int u = 0; u < SIZES; u++) {
             for (int t = 0; t <= u; t++) {
@@ -158,9 +158,9 @@ static void test_a_sample_matches_the_autocovariance(void)
         const double by_sample = r_at(0) / 3.0;
         const double by_step = (r_at(0) - r_at(1)) * 25.0 / 6.0;
         const double summed = (filters[f].summed > 1U) ? (double)filters[f].summed : 1.0;
-        assert_near(r_at(0), (double)plan.sample, 1e-5);
-        assert_near(sqrt(summed / (12.0 * fmin(by_sample, by_step))), (double)plan.hidden, 1e-5);
-        assert_near(summed / 12.0, plan.rounding_variance, 1e-15);
+        assert_near(r_at(0), (double)plan.white.sample, 1e-5);
+        assert_near(sqrt(summed / (12.0 * fmin(by_sample, by_step))), (double)plan.white.hidden, 1e-5);
+        assert_near(summed / 12.0, plan.white.rounding_variance, 1e-15);
     }
 }
 
@@ -330,7 +330,7 @@ static void test_sizes_beyond_the_filter_are_white(void)
     plan_shape(&plan, &m[2], 2U, &filter); /* none within the filter */
     TEST_ASSERT_EQUAL_FLOAT(1.0F, plan.gain[0]);
     TEST_ASSERT_EQUAL_FLOAT(1.0F, plan.gain[1]);
-    assert_near(r_at(0), (double)plan.sample, 1e-5);
+    assert_near(r_at(0), (double)plan.white.sample, 1e-5);
 }
 
 /* Sum of a functional over the sizes: 1 for white noise, 0 for each other term. */
@@ -338,7 +338,7 @@ static double sum_of_functional(int term, uint8_t count)
 {
     double sum = 0.0;
     for (uint8_t t = 0U; t < count; t++) {
-        const double value = (double)plan.functional[term][t] / DAVAR_FIT_FUNCTIONAL_ONE;
+        const double value = (double)plan.white.functional[term][t] / DAVAR_FIT_FUNCTIONAL_ONE;
         TEST_ASSERT_DOUBLE_WITHIN(1.0, 0.0, value);
         sum += value;
     }
@@ -362,10 +362,10 @@ static void test_plans_of_the_longest_averages_are_plans(void)
         filter.length = (uint16_t)(DAVAR_FILTER_SPAN / filter.averages);
         filter.poles = (uint8_t)(trial % 3U);
         plan_shape(&plan, m, count, &filter);
-        TEST_ASSERT_TRUE(isfinite(plan.rounding));
+        TEST_ASSERT_TRUE(isfinite(plan.white.rounding));
         for (int k = 0; k < TERMS; k++) {
             TEST_ASSERT_TRUE(isfinite(plan.offset_variance[k]));
-            const double unit = (k == WHITE) ? ldexp(1.0, plan.white_bits) : 1.0;
+            const double unit = (k == WHITE) ? ldexp(1.0, plan.white.white_bits) : 1.0;
             TEST_ASSERT_DOUBLE_WITHIN(1e-6 * unit, (k == WHITE) ? 1.0 : 0.0,
                                       unit * sum_of_functional(k, count));
         }
@@ -378,7 +378,7 @@ static void test_the_inverse_of_a_gain_saturates(void)
     const shape_t narrow = {.averages = 8U, .length = 128U};
     plan_shape(&plan, m, 2U, &narrow);
     TEST_ASSERT_TRUE(plan.gain[0] < 1e-7F);
-    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, plan.inverse_gain[0]);
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, plan.white.inverse_gain[0]);
 }
 
 /* ---- the laws of the window ---- */

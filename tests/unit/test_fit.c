@@ -359,14 +359,14 @@ static void test_general_fit_agrees_with_the_short_cut(void)
     set_octaves(600, 7);
     set_model(nearly_white);
     davar_fit(&plan, 1.0, &result);
-    davar_mixture_t model = {.data = &result, .plan = &plan, .end = plan.count};
+    davar_mixture_t model = {.data = &result, .plan = &plan, .end = plan.white.count};
     davar_mixture_fit(&model, 1.0, 0U);
     TEST_ASSERT_EQUAL_UINT(1U << DAVAR_ANGLE_RANDOM_WALK, model.terms);
     /* other weights: they differ by less than a hundredth of a standard error */
     TEST_ASSERT_DOUBLE_WITHIN(0.017, term(DAVAR_ANGLE_RANDOM_WALK)->value, 60.0 * sqrt(model.a[1]));
     for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
         const double share =
-            (double)plan.sigma[k] / (double)(1U << DAVAR_FIT_SHARE_BITS) * (double)plan.scale[k];
+            (double)plan.white.sigma[k] / (double)(1U << DAVAR_FIT_SHARE_BITS) * (double)plan.scale[k];
         const double sigma = share * (double)plan.unit[k] * model.a[1];
         /* the weights of the short cut have the least variance */
         TEST_ASSERT_TRUE(sqrt(model.variance[k]) > 0.9999 * sigma);
@@ -379,7 +379,7 @@ static void test_a_superfluous_term_is_removed(void)
     const double walk[] = {0, 0, 0, 1.0, 0};
     set_octaves(600, 7);
     set_model(walk);
-    davar_mixture_t model = {.data = &result, .plan = &plan, .end = plan.count};
+    davar_mixture_t model = {.data = &result, .plan = &plan, .end = plan.white.count};
     davar_mixture_fit(&model, 1.0, 1U << DAVAR_RATE_RAMP); /* the wrong suspect */
     TEST_ASSERT_EQUAL_UINT(1U << DAVAR_RATE_RANDOM_WALK, model.terms);
 }
@@ -421,7 +421,7 @@ static void test_in_an_exact_mix_absent_terms_are_zero(void)
             mix[k] = ((terms & (1U << k)) != 0U) ? all[k] : 0.0;
         }
         set_model(mix);
-        davar_mixture_t model = {.data = &result, .plan = &plan, .end = plan.count};
+        davar_mixture_t model = {.data = &result, .plan = &plan, .end = plan.white.count};
         davar_mixture_fit(&model, 1.0, 0U);
         TEST_ASSERT_EQUAL_UINT(terms, model.terms);
         for (unsigned k = 0U; k < (unsigned)DAVAR_COEFFICIENT_COUNT; k++) {
@@ -441,7 +441,7 @@ static void test_degrees_of_freedom_of_one_term(void)
     const uint32_t window = 64U;
     for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
         davar_mixture_t model = {
-            .data = &result, .plan = &plan, .end = plan.count, .terms = 1U << (unsigned)k};
+            .data = &result, .plan = &plan, .end = plan.white.count, .terms = 1U << (unsigned)k};
         model.a[k] = 0.7;
         for (uint32_t m = 1U; m <= (window / 2U); m++) {
             const uint32_t all = window - (2U * m) + 1U;
@@ -592,7 +592,7 @@ static double brute_covariance(int m_i, int m_j)
  * (test_fit_white.c compares the resulting shares with the formulas); this tests its variance. */
 static double weight_of(int kind, int t)
 {
-    return (double)plan.functional[kind][t] / DAVAR_FIT_FUNCTIONAL_ONE;
+    return (double)plan.white.functional[kind][t] / DAVAR_FIT_FUNCTIONAL_ONE;
 }
 
 static void test_standard_errors_match_the_full_covariance(void)
@@ -611,7 +611,7 @@ static void test_standard_errors_match_the_full_covariance(void)
             }
         }
         TEST_ASSERT_DOUBLE_WITHIN(0.03 * sqrt(variance), sqrt(variance),
-                                  (double)plan.sigma[k] / (double)(1U << DAVAR_FIT_SHARE_BITS));
+                                  (double)plan.white.sigma[k] / (double)(1U << DAVAR_FIT_SHARE_BITS));
     }
 }
 

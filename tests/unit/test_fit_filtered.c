@@ -10,7 +10,7 @@ static void test_white_noise_has_the_value_before_the_filter(void)
     const double white[] = {0, 0.7, 0, 0, 0};
     for (size_t f = 0; f < FILTERS; f++) {
         plan_filter(&filters[f]);
-        const double count = sqrt(0.7 * (double)plan.sample) / 5.0;
+        const double count = sqrt(0.7 * (double)plan.white.sample) / 5.0;
         for (int rounds = 0; rounds < 2; rounds++) {
             set_filtered(&filters[f], white, count * rounds);
             TEST_ASSERT_TRUE(davar_fit_white(&plan, 1.0, &result));
@@ -33,8 +33,8 @@ static void test_rounding_that_lowers_the_estimate_is_added_back(void)
     for (int step = 0; step < 20; step++) {
         const double over = 1.0 + 0.05 * step;
         plan_filter(&vague);
-        TEST_ASSERT_TRUE(plan.rounding < -1.0F);
-        const double count = 1.0 / ((double)plan.hidden * sqrt(1.5 * over));
+        TEST_ASSERT_TRUE(plan.white.rounding < -1.0F);
+        const double count = 1.0 / ((double)plan.white.hidden * sqrt(1.5 * over));
         set_filtered(&vague, white, count);
         TEST_ASSERT_TRUE(davar_fit_white(&plan, 1.0, &result));
         assert_near(60.0, term(DAVAR_ANGLE_RANDOM_WALK)->value, 2e-3);
@@ -51,7 +51,7 @@ static void test_a_doubtful_term_lowers_the_limit_only_as_far_as_it_could(void)
         plan_filter(&filters[f]);
         davar_fit_prepare(&plan, &result);
         const double sigma =
-            (double)plan.sigma[0] / (double)(1U << DAVAR_FIT_SHARE_BITS) * (double)plan.scale[0];
+            (double)plan.white.sigma[0] / (double)(1U << DAVAR_FIT_SHARE_BITS) * (double)plan.scale[0];
         const double none[] = {0, 1.0, 0, 0, 0};
         const double some[] = {sigma, 1.0, 0, 0, 0};
         set_filtered(&filters[f], none, 0.0);
@@ -76,7 +76,7 @@ static void test_the_doubt_about_rounding_can_leave_nothing(void)
         set_taus(window, m, 4U);
         plan_shape(&plan, m, 4U, &filter);
         for (int step = 0; step < 200; step++) {
-            const double count = 1.0 / ((double)plan.hidden * (1.0 + 0.01 * step));
+            const double count = 1.0 / ((double)plan.white.hidden * (1.0 + 0.01 * step));
             for (int t = 0; t < 4; t++) {
                 const double rounding = count * count / 12.0;
                 result.tau[t].adev = sqrt(((double)plan.gain[t] + rounding) / (double)m[t]);
@@ -140,12 +140,12 @@ static void test_the_limit_beside_a_drift_is_of_a_size_that_passes(void)
     TEST_ASSERT_FALSE(davar_fit_white(&plan, 1.0, &result));
     TEST_ASSERT_EQUAL(DAVAR_NOISE_MIXED, result.noise);
     TEST_ASSERT_TRUE((plan.gain[2] < 0.35F) && (plan.gain[3] > 0.35F));
-    TEST_ASSERT_EQUAL_UINT8(3U, plan.passed);
+    TEST_ASSERT_EQUAL_UINT8(3U, plan.white.passed);
     davar_result_t again = result;
-    plan.passed = 2U;
+    plan.white.passed = 2U;
     (void)davar_fit_white(&plan, 1.0, &again);
     TEST_ASSERT_TRUE(again.coefficient[WHITE].high < term(DAVAR_ANGLE_RANDOM_WALK)->high);
-    const double high = result.tau[3].adev * (double)plan.high[3];
+    const double high = result.tau[3].adev * (double)plan.white.high[3];
     assert_near(60.0 * high * sqrt(8.0 / (double)plan.gain[3]), term(DAVAR_ANGLE_RANDOM_WALK)->high,
                 1e-4);
 }
@@ -156,7 +156,7 @@ static void test_the_limit_of_white_noise_that_a_mixture_lacks(void)
     const double flicker[] = {0, 1.0, 0.3, 0, 0};
     plan_filter(&filters[3]);
     set_filtered(&filters[3], flicker, 0.0);
-    davar_mixture_t model = {.data = &result, .plan = &plan, .end = plan.count};
+    davar_mixture_t model = {.data = &result, .plan = &plan, .end = plan.white.count};
     davar_mixture_fit(&model, 1.0, 1U << DAVAR_BIAS_INSTABILITY);
     TEST_ASSERT_EQUAL_UINT(1U << DAVAR_BIAS_INSTABILITY, model.terms);
     const double passed = pow((double)plan.flicker[3], 2.0) * model.a[DAVAR_BIAS_INSTABILITY];
@@ -185,7 +185,7 @@ static void test_the_limit_behind_a_filter_that_passes_no_size(void)
     }
     davar_result_t again = result;
     TEST_ASSERT_FALSE(davar_fit_white(&plan, 1.0, &again));
-    const double high = again.tau[3].adev * (double)plan.high[3];
+    const double high = again.tau[3].adev * (double)plan.white.high[3];
     assert_near(60.0 * high * sqrt(8.0 / (double)plan.gain[3]), again.coefficient[WHITE].high,
                 1e-4);
     davar_fit(&plan, 1.0, &result);
@@ -245,7 +245,7 @@ static void test_the_limit_behind_a_filter_that_is_not_declared(void)
         result.unit_per_count = 0.0;
         TEST_ASSERT_FALSE(davar_fit_white(&plan, 1.0, &result));
         TEST_ASSERT_EQUAL(DAVAR_NOISE_FILTERED, result.noise);
-        const double limit = y[top] * pow((double)plan.high[top], 2.0);
+        const double limit = y[top] * pow((double)plan.white.high[top], 2.0);
         const double most = limit + 3.0 * (y[top] - y[top - 1]);
         assert_near(60.0 * sqrt(most), term(DAVAR_ANGLE_RANDOM_WALK)->high, 1e-5);
     }
@@ -290,7 +290,7 @@ static void test_other_terms_can_scatter_a_sample_enough(void)
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         plan_filter(&filters[cases[i].filter]);
-        set_filtered(&filters[cases[i].filter], cases[i].mix, 1.0 / (double)plan.hidden);
+        set_filtered(&filters[cases[i].filter], cases[i].mix, 1.0 / (double)plan.white.hidden);
         davar_fit(&plan, 1.0, &result);
         TEST_ASSERT_EQUAL(cases[i].noise, result.noise);
         TEST_ASSERT_FALSE(term(DAVAR_ANGLE_RANDOM_WALK)->present);
@@ -304,7 +304,7 @@ static void test_more_scatter_than_hidden_noise_gives_is_no_rounding(void)
     for (int step = 0; step < 29; step++) {
         const double over = 1.15 + 0.1 * step;
         plan_filter(&vague);
-        const double hidden = ldexp(1.0 / 12.0, 30) / (double)plan.coarse * (double)plan.gain[0];
+        const double hidden = ldexp(1.0 / 12.0, 30) / (double)plan.white.coarse * (double)plan.gain[0];
         const double white[] = {over * (hidden + (1.0 / 12.0)) - (1.0 / 12.0), 1e-3, 0, 0, 0};
         set_filtered(&vague, white, 1.0);
         const davar_noise_t expected = (over < 2.0) ? DAVAR_NOISE_COARSE : DAVAR_NOISE_MIXED;
@@ -322,14 +322,14 @@ static void test_noise_of_less_than_half_a_count_is_coarse(void)
             const double over = 0.25 + 0.05 * step;
             const double white[] = {0, 1.0, 0, 0, 0};
             plan_filter(&filters[f]);
-            const double half = sqrt(ldexp(1.0 / 12.0, 30) / (double)plan.coarse);
-            const double hidden = (double)plan.hidden;
+            const double half = sqrt(ldexp(1.0 / 12.0, 30) / (double)plan.white.coarse);
+            const double hidden = (double)plan.white.hidden;
             set_filtered(&filters[f], white, 1.0 / (hidden * over));
             davar_fit(&plan, 1.0, &result);
             const bool is_white = (result.noise == DAVAR_NOISE_WHITE);
             TEST_ASSERT_TRUE(is_white || ((result.noise == DAVAR_NOISE_COARSE) && !was_white));
             TEST_ASSERT_TRUE(!is_white || (over * hidden > half));
-            TEST_ASSERT_TRUE(is_white || (over < 1.0) || ((over < 2.0) && (plan.step < 0.2F)));
+            TEST_ASSERT_TRUE(is_white || (over < 1.0) || ((over < 2.0) && (plan.white.step < 0.2F)));
             TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->high >= 59.999);
             was_white = is_white;
         }
@@ -347,7 +347,7 @@ static void test_the_misfit_of_a_mixture_counts_the_doubt_of_the_cutoff(void)
         for (int t = 0; t < SIZES; t++) {
             result.tau[t].adev *= (t % 2 == 0) ? 1.25 : 0.75;
         }
-        davar_mixture_t model = {.data = &result, .plan = &plan, .end = plan.count};
+        davar_mixture_t model = {.data = &result, .plan = &plan, .end = plan.white.count};
         davar_mixture_fit(&model, unit * unit, 1U << DAVAR_RATE_RANDOM_WALK);
         double misfit = 0.0;
         int terms = 0;
@@ -411,7 +411,7 @@ static void test_a_mixture_without_white_noise_may_hide_a_filter(void)
     }
     davar_fit(&plan, 1.0, &result);
     assert_withheld();
-    plan.declared = true;
+    plan.white.declared = true;
     davar_fit(&plan, 1.0, &result);
     TEST_ASSERT_EQUAL(DAVAR_NOISE_MIXED, result.noise);
 }
@@ -428,7 +428,7 @@ static void test_a_mixture_of_an_unknown_filter_must_fit_and_show_white_noise(vo
         if (way == 0) {
             davar_plan_init(&plan, m, 4U);
         } else {
-            plan.declared = false;
+            plan.white.declared = false;
         }
         for (int t = 3; (way != 0) && (t < 13); t += 2) {
             result.tau[t].adev *= 0.9;
@@ -436,7 +436,7 @@ static void test_a_mixture_of_an_unknown_filter_must_fit_and_show_white_noise(vo
         davar_result_t known = result;
         davar_fit(&plan, 1.0, &result);
         TEST_ASSERT_EQUAL(DAVAR_NOISE_FILTERED, result.noise);
-        plan.declared = true;
+        plan.white.declared = true;
         davar_fit(&plan, 1.0, &known);
         TEST_ASSERT_EQUAL(DAVAR_NOISE_MIXED, known.noise);
         TEST_ASSERT_EQUAL_INT(way != 0, known.coefficient[WHITE].present);
@@ -452,13 +452,13 @@ static void test_the_upper_limit_includes_what_the_test_cannot_see(void)
         plan_filter(NULL);
         davar_fit_prepare(&plan, &result);
         const double sigma =
-            (double)plan.sigma[0] / (double)(1U << DAVAR_FIT_SHARE_BITS) * (double)plan.scale[0];
-        const double centre = (double)plan.centre[0] / (double)plan.scale[0];
+            (double)plan.white.sigma[0] / (double)(1U << DAVAR_FIT_SHARE_BITS) * (double)plan.scale[0];
+        const double centre = (double)plan.white.centre[0] / (double)plan.scale[0];
         const double mix[] = {-lack * sigma, 1.0, 0, 0, 0};
         set_model(mix);
         davar_result_t known = result;
         davar_fit(&plan, 1.0, &result);
-        plan.declared = true;
+        plan.white.declared = true;
         plan.window = 0U;
         davar_fit(&plan, 1.0, &known);
         TEST_ASSERT_EQUAL(DAVAR_NOISE_WHITE, result.noise);
@@ -479,9 +479,9 @@ static void test_the_upper_limit_of_a_mixture_includes_it_too(void)
     set_model(drift);
     davar_result_t known = result;
     davar_fit(&plan, 1.0, &result);
-    davar_mixture_t model = {.data = &result, .plan = &plan, .end = plan.count};
+    davar_mixture_t model = {.data = &result, .plan = &plan, .end = plan.white.count};
     davar_mixture_fit(&model, 1.0, 1U << DAVAR_RATE_RANDOM_WALK);
-    plan.declared = true;
+    plan.white.declared = true;
     davar_fit(&plan, 1.0, &known);
     TEST_ASSERT_EQUAL(DAVAR_NOISE_MIXED, result.noise);
     TEST_ASSERT_EQUAL_DOUBLE(known.coefficient[WHITE].value, result.coefficient[WHITE].value);
@@ -497,8 +497,8 @@ static void test_the_upper_limit_of_a_mixture_includes_it_too(void)
 static double functional(int term, int t)
 {
     const double one =
-        (term == WHITE) ? (double)(UINT32_C(1) << plan.white_bits) : (double)plan.scale[term];
-    return (double)plan.functional[term][t] / DAVAR_FIT_FUNCTIONAL_ONE * one;
+        (term == WHITE) ? (double)(UINT32_C(1) << plan.white.white_bits) : (double)plan.scale[term];
+    return (double)plan.white.functional[term][t] / DAVAR_FIT_FUNCTIONAL_ONE * one;
 }
 
 static double shape(int term, int t)
@@ -602,7 +602,7 @@ static void test_standard_errors_include_the_cutoff(void)
             double by_cutoff;
             const double scale = (k == WHITE) ? 1.0 : (double)plan.scale[k];
             const double expected = expected_sigma(k, &by_cutoff) / scale;
-            const double found = (double)plan.sigma[k] / (double)(1U << DAVAR_FIT_SHARE_BITS);
+            const double found = (double)plan.white.sigma[k] / (double)(1U << DAVAR_FIT_SHARE_BITS);
             TEST_ASSERT_DOUBLE_WITHIN((1e-3 * expected) + 2e-6, expected, found);
             TEST_ASSERT_DOUBLE_WITHIN(1e-3 * by_cutoff, by_cutoff,
                                       (double)plan.offset_variance[k] * scale * scale);
@@ -622,18 +622,18 @@ static void test_sizes_have_their_own_factors(void)
             moved += functional(WHITE, t) * (double)plan.offset[t];
             rounding += functional(WHITE, t) / (double)plan.gain[t];
         }
-        assert_near(rounding, (double)plan.rounding, 1e-5);
+        assert_near(rounding, (double)plan.white.rounding, 1e-5);
         for (int t = 0; t < SIZES; t++) {
             const double gain = (double)plan.gain[t];
             const double floor = (double)plan.floor / gain;
             const double freedom =
                 2.0 * pow(1.0 + floor, 2.0) / (double)plan.covariance[plan_pair(t, t)];
-            assert_near((double)plan.m[t] / gain, (double)plan.to_white[t], 1e-6);
+            assert_near((double)plan.m[t] / gain, (double)plan.white.to_white[t], 1e-6);
             assert_near(freedom, (double)plan.freedom[t], 1e-5);
             TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.5 * pow((double)plan.offset[t] - moved, 2.0),
                                       (double)plan.doubtful[t]);
             TEST_ASSERT_DOUBLE_WITHIN((0.51 / 512.0) + (1e-6 / gain), 1.0 / gain,
-                                      (double)plan.inverse_gain[t] / 512.0);
+                                      (double)plan.white.inverse_gain[t] / 512.0);
         }
     }
 }
@@ -645,11 +645,11 @@ static void test_centres_fit_a_shift(void)
     static const uint32_t alike[] = {4000000U, 4000001U};
     plan_filter(&vague);
     TEST_ASSERT_EQUAL_HEX32(davar_bits_of_float(ldexpf(1.0F, -32)),
-                            davar_bits_of_float(plan.centre[DAVAR_QUANTIZATION]));
-    TEST_ASSERT_TRUE(plan.centre[DAVAR_BIAS_INSTABILITY] > 0.1F);
+                            davar_bits_of_float(plan.white.centre[DAVAR_QUANTIZATION]));
+    TEST_ASSERT_TRUE(plan.white.centre[DAVAR_BIAS_INSTABILITY] > 0.1F);
     davar_plan_init(&plan, alike, 2U);
     TEST_ASSERT_EQUAL_HEX32(davar_bits_of_float(ldexpf(1.0F, 20)),
-                            davar_bits_of_float(plan.centre[DAVAR_QUANTIZATION]));
+                            davar_bits_of_float(plan.white.centre[DAVAR_QUANTIZATION]));
 }
 
 /* ---- the plan ---- */
@@ -660,13 +660,13 @@ static void test_a_covariance_that_is_none_gives_finite_weights(void)
     plan_filter(&filters[0]);
     plan.covariance[plan_pair(0, 1)] = 2.0F * plan.covariance[plan_pair(1, 1)];
     davar_plan_solve(&plan, 2U);
-    TEST_ASSERT_TRUE(isfinite((double)plan.rounding));
+    TEST_ASSERT_TRUE(isfinite((double)plan.white.rounding));
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, 1.0, functional(WHITE, 0));
-    TEST_ASSERT_EQUAL_INT32(0, plan.functional[WHITE][1]);
+    TEST_ASSERT_EQUAL_INT32(0, plan.white.functional[WHITE][1]);
     for (int k = 0; k < TERMS; k++) {
         TEST_ASSERT_TRUE(isfinite((double)plan.offset_variance[k]));
         for (int t = 0; (k != WHITE) && (t < 2); t++) {
-            TEST_ASSERT_EQUAL_INT32(0, plan.functional[k][t]);
+            TEST_ASSERT_EQUAL_INT32(0, plan.white.functional[k][t]);
             TEST_ASSERT_EQUAL_INT32(0, plan.variance[k][t]);
         }
     }

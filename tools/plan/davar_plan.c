@@ -3,6 +3,7 @@
 #include "davar/davar.h"
 #include "davar/fit.h"
 #include "davar/floor.h"
+#include "davar/small.h"
 #include "setup/bandwidth.h"
 
 #include <ctype.h>
@@ -134,8 +135,8 @@ static void write_row(const char *name, int k, const int32_t values[], int count
 static void write_rows(const davar_plan_t *plan)
 {
     for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
-        write_row("functional", k, plan->functional[k], plan->count);
-        write_row("variance", k, plan->variance[k], plan->count);
+        write_row("white.functional", k, plan->white.functional[k], plan->white.count);
+        write_row("variance", k, plan->variance[k], plan->white.count);
         (void)printf("    .variance_exponent[%d] = %d,\n", k, plan->variance_exponent[k]);
     }
 }
@@ -143,17 +144,17 @@ static void write_rows(const davar_plan_t *plan)
 static void write_numbers(const davar_plan_t *plan)
 {
     (void)printf(
-        "    .declared = %s,\n    .sample = %aF,\n    .spread = %aF,\n    .floor = %aF,\n"
-        "    .hidden = %aF,\n    .rounding_variance = %a,\n    .level = %aF,\n    .step = %aF,\n",
-        plan->declared ? "true" : "false", (double)plan->sample, (double)plan->spread,
-        (double)plan->floor, (double)plan->hidden, plan->rounding_variance, (double)plan->level,
-        (double)plan->step);
+        "    .white.declared = %s,\n    .white.sample = %aF,\n    .spread = %aF,\n    .floor = %aF,\n"
+        "    .white.hidden = %aF,\n    .white.rounding_variance = %a,\n    .level = %aF,\n    .white.step = %aF,\n",
+        plan->white.declared ? "true" : "false", (double)plan->white.sample, (double)plan->spread,
+        (double)plan->floor, (double)plan->white.hidden, plan->white.rounding_variance, (double)plan->level,
+        (double)plan->white.step);
     (void)printf(
-        "    .passed = %u,\n    .white_bits = %u,\n    .rounding = %aF,\n    .coarse = %" PRIu32
+        "    .white.passed = %u,\n    .white.white_bits = %u,\n    .white.rounding = %aF,\n    .white.coarse = %" PRIu32
         "U,\n",
-        (unsigned)plan->passed, (unsigned)plan->white_bits, (double)plan->rounding, plan->coarse);
-    (void)printf("    .misfit_spread = %aF,\n    .misfit_limit = UINT64_C(%" PRIu64 "),\n};\n",
-                 (double)plan->misfit_spread, plan->misfit_limit);
+        (unsigned)plan->white.passed, (unsigned)plan->white.white_bits, (double)plan->white.rounding, plan->white.coarse);
+    (void)printf("    .misfit_spread = %aF,\n    .white.misfit_limit = UINT64_C(%" PRIu64 "),\n};\n",
+                 (double)plan->misfit_spread, plan->white.misfit_limit);
 }
 
 /* The detector's settings for a filter, as a comment to copy: a configuration cannot be in two
@@ -194,14 +195,14 @@ static void write_floor_plan(const davar_floor_plan_t *plan, const char *name)
 
 static void write_plan(const davar_plan_t *plan, const char *name)
 {
-    const int count = plan->count;
+    const int count = plan->white.count;
     const int sizes = plan->sizes;
     const int terms = (int)DAVAR_COEFFICIENT_COUNT;
     write_includes("fit");
     (void)printf("_Static_assert((DAVAR_VERSION == %d) && (DAVAR_TAUS_MAX >= %d), \"run "
                  "tools/davar-plan again\");\n\n",
                  DAVAR_VERSION, sizes);
-    (void)printf("extern davar_plan_t %s;\n\ndavar_plan_t %s = {\n    .count = %d,\n    .sizes = "
+    (void)printf("extern davar_plan_t %s;\n\ndavar_plan_t %s = {\n    .white.count = %d,\n    .sizes = "
                  "%d,\n",
                  name, name, count, sizes);
     write_floats("m", plan->m, sizes);
@@ -212,20 +213,66 @@ static void write_plan(const davar_plan_t *plan, const char *name)
     write_floats("covariance", plan->covariance, (sizes * (sizes + 1)) / 2);
     write_floats("weight", plan->weight, sizes);
     write_floats("freedom", plan->freedom, sizes);
-    write_floats("to_white", plan->to_white, count);
+    write_floats("white.to_white", plan->white.to_white, count);
     write_floats("doubtful", plan->doubtful, count);
-    (void)printf("    .inverse_gain = {");
+    (void)printf("    .white.inverse_gain = {");
     for (int t = 0; t < count; t++) {
-        (void)printf("%s%" PRIu32 "U", (t > 0) ? ", " : "", plan->inverse_gain[t]);
+        (void)printf("%s%" PRIu32 "U", (t > 0) ? ", " : "", plan->white.inverse_gain[t]);
     }
     (void)printf("},\n");
     write_rows(plan);
     write_floats("offset_variance", plan->offset_variance, terms);
     write_floats("scale", plan->scale, terms);
-    write_floats("centre", plan->centre, terms);
+    write_floats("white.centre", plan->white.centre, terms);
     write_floats("unit", plan->unit, terms);
-    write_floats("rounding_most", plan->rounding_most, terms);
+    write_floats("white.rounding_most", plan->white.rounding_most, terms);
     write_numbers(plan);
+}
+
+static void write_integers(const char *name, const uint32_t values[], int count)
+{
+    (void)printf("    .%s = {", name);
+    for (int i = 0; i < count; i++) {
+        (void)printf("%s%" PRIu32 "U", (i > 0) ? ", " : "", values[i]);
+    }
+    (void)printf("},\n");
+}
+
+/* What does not depend on the window. */
+static void write_sizes(const davar_white_plan_t *plan)
+{
+    const int count = plan->count;
+    (void)printf("    .fit.count = %d,\n    .fit.declared = %s,\n    .fit.passed = %u,\n    "
+                 ".fit.white_bits = %u,\n",
+                 count, plan->declared ? "true" : "false", (unsigned)plan->passed,
+                 (unsigned)plan->white_bits);
+    write_floats("fit.to_white", plan->to_white, count);
+    write_integers("fit.inverse_gain", plan->inverse_gain, count);
+    for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
+        write_row("fit.functional", k, plan->functional[k], count);
+    }
+    write_floats("fit.centre", plan->centre, (int)DAVAR_COEFFICIENT_COUNT);
+    write_floats("fit.rounding_most", plan->rounding_most, (int)DAVAR_COEFFICIENT_COUNT);
+    (void)printf("    .fit.sample = %aF,\n    .fit.hidden = %aF,\n    .fit.step = %aF,\n    "
+                 ".fit.rounding = %aF,\n    .fit.rounding_variance = %a,\n",
+                 (double)plan->sample, (double)plan->hidden, (double)plan->step,
+                 (double)plan->rounding, plan->rounding_variance);
+    (void)printf("    .fit.coarse = %" PRIu32 "U,\n    .fit.misfit_limit = UINT64_C(%" PRIu64
+                 "),\n",
+                 plan->coarse, plan->misfit_limit);
+}
+
+/* What depends on the window and the rate. */
+static void write_window(const davar_white_plan_t *plan)
+{
+    const int terms = (int)DAVAR_COEFFICIENT_COUNT;
+    write_integers("fit.root_edf", plan->root_edf, plan->count);
+    write_floats("fit.high", plan->high, plan->count);
+    write_integers("fit.sigma", plan->sigma, terms);
+    write_integers("fit.doubt", plan->doubt, terms);
+    (void)printf("    .fit.unit = %a,\n    .fit.white_tails = %" PRIu32
+                 "U,\n    .fit.white_low = %" PRIu32 "U,\n    .fit.white_high = %aF,\n",
+                 plan->unit, plan->white_tails, plan->white_low, (double)plan->white_high);
 }
 
 /* What the command line asks for. */
@@ -238,8 +285,10 @@ typedef struct {
     const char *filter; /* null: undeclared */
     double rate_hz;     /* 0: not given */
     bool is_floor;
+    uint32_t window; /* of davar_small_t, in samples; 0: not given */
+    uint32_t stride;
     double lsb;   /* deg/s; 0: not given */
-    int32_t rail; /* 0: not given */
+    uint32_t rail; /* 0: not given */
 } request_t;
 
 /* Reads a number above 0 that every plan can hold. Returns 0, or the exit status of an error. */
@@ -253,7 +302,7 @@ static int read_number(const char *option, const char *value, double *number)
 }
 
 /* The same for a whole number. */
-static int read_rail(const char *option, const char *value, int32_t *rail)
+static int read_whole(const char *option, const char *value, uint32_t *number)
 {
     char *end = NULL;
     errno = 0;
@@ -261,7 +310,7 @@ static int read_rail(const char *option, const char *value, int32_t *rail)
     if ((count < 1) || (count > INT32_MAX) || (errno != 0) || (*end != '\0')) {
         return reject(option, "expected a whole number from 1 to 2147483647", value);
     }
-    *rail = (int32_t)count;
+    *number = (uint32_t)count;
     return 0;
 }
 
@@ -292,7 +341,13 @@ static int read_option(request_t *request, const char *option, const char *value
         return read_number(option, value, &request->lsb);
     }
     if (strcmp(option, "--rail") == 0) {
-        return read_rail(option, value, &request->rail);
+        return read_whole(option, value, &request->rail);
+    }
+    if (strcmp(option, "--window") == 0) {
+        return read_whole(option, value, &request->window);
+    }
+    if (strcmp(option, "--stride") == 0) {
+        return read_whole(option, value, &request->stride);
     }
     if (strcmp(option, "--name") == 0) {
         request->name = value;
@@ -316,19 +371,52 @@ static int add_long_taus(request_t *request)
                                           request->long_taus);
 }
 
-/* Solves a plan for the sizes of the window, as the first fit of a result without a cascade does. */
-static void solve_for_window(davar_plan_t *plan, const request_t *request)
+/* Solves a plan for the sizes, the length and the rate of the window, as the first fit of a result
+ * does. */
+static void solve_for_window(davar_plan_t *plan, const request_t *request, uint32_t window,
+                             double rate_hz)
 {
     static davar_result_t result;
     result.tau_count = request->tau_count;
-    result.window_samples = 9U * request->taus[request->tau_count - 1U];
+    result.window_samples = window;
     result.unit_per_count = 1.0;
     for (uint8_t t = 0U; t < result.tau_count; t++) {
         const uint32_t m = request->taus[t];
-        result.tau[t] = (davar_adev_t){
-            .m = m, .differences = result.window_samples + 1U - (2U * m), .adev = 1.0};
+        result.tau[t] =
+            (davar_adev_t){.m = m, .differences = window + 1U - (2U * m), .adev = 1.0};
     }
-    (void)davar_fit_white(plan, 1.0, &result);
+    (void)davar_fit_white(plan, rate_hz, &result);
+}
+
+/* Writes the constant plan of davar_small_t. Returns 0, or the exit status of an error. */
+static int write_small(davar_plan_t *plan, const request_t *request)
+{
+    const uint32_t window = request->window;
+    const uint32_t stride = request->stride;
+    const bool fits = (stride >= 2U) && (window <= 65536U) && ((window % stride) == 0U) &&
+                      (window > stride) &&
+                      (request->taus[request->tau_count - 1U] <= (window / 9U));
+    if ((request->rate_hz <= 0.0) || (request->lsb <= 0.0) || (request->filter == NULL)) {
+        return reject("--window", "needs --stride, --rate, --lsb and --bandwidth", NULL);
+    }
+    for (uint8_t t = 0U; t < request->tau_count; t++) {
+        if (!fits || (request->taus[t] != (UINT32_C(1) << t))) {
+            return reject("--window", "not with these --taus and --stride (see --help)", NULL);
+        }
+    }
+    solve_for_window(plan, request, window, request->rate_hz);
+    write_includes("small");
+    (void)printf("_Static_assert((DAVAR_VERSION == %d) && (DAVAR_TAUS_MAX >= %d), \"run "
+                 "tools/davar-plan again\");\n\n",
+                 DAVAR_VERSION, request->sizes);
+    (void)printf("extern const davar_small_plan_t %s;\n\nconst davar_small_plan_t %s = {\n",
+                 request->name, request->name);
+    write_sizes(&plan->white);
+    write_window(&plan->white);
+    (void)printf("    .unit_per_count = %a,\n    .window = %" PRIu32 ",\n    .stride = %" PRIu32
+                 ",\n};\n",
+                 request->lsb, window, stride);
+    return 0;
 }
 
 /* Reads the filter of the request. Returns 0, or the exit status of an error. */
@@ -353,8 +441,8 @@ static int plan_fit(request_t *request)
     if (request->tau_count == 0U) {
         return reject("--taus", "required (see --help)", NULL);
     }
-    if ((request->lsb > 0.0) || (request->rail > 0)) {
-        return reject((request->lsb > 0.0) ? "--lsb" : "--rail", "only with --floor", NULL);
+    if (((request->lsb > 0.0) && (request->window == 0U)) || (request->rail > 0U)) {
+        return reject((request->rail > 0U) ? "--rail" : "--lsb", "only with --floor", NULL);
     }
     int status = add_long_taus(request);
     if ((status == 0) && (request->filter != NULL)) {
@@ -368,8 +456,11 @@ static int plan_fit(request_t *request)
     } else {
         davar_plan_init_filtered(&plan, request->taus, request->sizes, &filter);
     }
+    if (request->window > 0U) {
+        return write_small(&plan, request);
+    }
     if (request->sizes > request->tau_count) {
-        solve_for_window(&plan, request);
+        solve_for_window(&plan, request, 9U * request->taus[request->tau_count - 1U], 1.0);
     }
     write_plan(&plan, request->name);
     if (request->filter != NULL) {
@@ -399,7 +490,7 @@ static int plan_floor(const request_t *request)
     }
     const davar_floor_config_t config = {.rate_hz = request->rate_hz,
                                          .unit_per_count = request->lsb,
-                                         .rail = (request->rail > 0) ? request->rail : 32767,
+                                         .rail = (request->rail > 0U) ? (int32_t)request->rail : 32767,
                                          .filter = &filter};
     const davar_floor_status_t made = davar_floor_plan(&plan, &config);
     if (made != DAVAR_FLOOR_OK) {

@@ -51,7 +51,7 @@ static int pair(int t, int u)
 /* Cholesky of the covariance of y (5.3) in a window of white noise, N = 1. */
 static void factorise(const davar_plan_t *plan, double window, double l[])
 {
-    for (int u = 0; u < plan->count; u++) {
+    for (int u = 0; u < plan->white.count; u++) {
         for (int t = 0; t <= u; t++) {
             const double effective = window + 1.0 - (1.5 * (double)plan->m[t]);
             double left = (double)plan->covariance[pair(t, u)] / effective;
@@ -70,10 +70,10 @@ static void draw_window(const davar_plan_t *plan, const double l[], uint32_t win
 {
     double z[DAVAR_TAUS_MAX];
     memset(result, 0, sizeof *result);
-    result->tau_count = plan->count;
+    result->tau_count = plan->white.count;
     result->window_samples = window;
     result->unit_per_count = 1.0;
-    for (int t = 0; t < plan->count; t++) {
+    for (int t = 0; t < plan->white.count; t++) {
         z[t] = draw_gauss();
         double y = 1.0;
         for (int s = 0; s <= t; s++) {
@@ -226,7 +226,7 @@ static int print_passed(const char *text, double rate_hz)
         taus[t] = UINT32_C(1) << t;
     }
     davar_plan_init_filtered(&plan, taus, OCTAVES, &of_gyro);
-    (void)printf("passed_samples %u\n", (unsigned)taus[plan.passed]);
+    (void)printf("passed_samples %u\n", (unsigned)taus[plan.white.passed]);
     return 0;
 }
 

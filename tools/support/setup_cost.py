@@ -2,7 +2,7 @@
 library, links them, runs them. Fits the table from which the planner computes costs.
 
     python3 tools/support/setup_cost.py            renews python/planner/costs.json
-    python3 tools/support/setup_cost.py ROW ...    renews these rows: sizes, flat, floor
+    python3 tools/support/setup_cost.py ROW ...    renews these rows: sizes, flat, floor, small
 
 Called by tools/davar-bench --setups. Standard library only.
 """
@@ -232,6 +232,7 @@ def measure(target: str, design: Design, folder: Path) -> Figures:
 # plans, the window is nine times the largest cluster size.
 FIXED = ((1, 5, 20, 160), (1, 8, 150, 1200), (2, 6, 40, 320), (2, 5, 75, 600), (3, 5, 40, 320),
          (1, 8, 258, 2064))  # fmt: skip
+SMALL = tuple(point for point in FIXED if point[0] == 1) + ((1, 6, 40, 320),)
 GLR = ((1, 4, 50, 800), (1, 6, 100, 500), (2, 4, 30, 200), (1, 4, 100, 500), (1, 6, 40, 400),
        (1, 5, 60, 500), (1, 4, 10, 300), (1, 5, 20, 400), (1, 6, 10, 300),
        (1, 5, 100, 870))  # fmt: skip
@@ -246,6 +247,9 @@ def design_of(core: str, type: str, law: str, engine: str, point: Sequence[int])
         rate_hz=1000.0, core=core, axes=axes, type=type, lsb=0.061, full_scale=2000.0,
         bandwidth="250:2", false_alarms_per_hour=0.01, motion="none",
     )  # fmt: skip
+    if engine.startswith("small"):
+        bandwidth = "none" if engine == "small white" else "250:2"
+        engine, wishes = "small", replace(wishes, bandwidth=bandwidth, lost_percent=0.0)
     taus = tuple(1 << i for i in range(count))
     shortest = window if law == "fixed" else max(20, 10 * -(-2 * taus[-1] // 10))
     return Design(wishes, law, engine, "arw", window, shortest, stride, taus)
@@ -426,6 +430,9 @@ SIZES = """
 #include "davar/average.h"
 #include "davar/fit.h"
 #include "davar/floor.h"
+#include "davar/small.h"
+char size_small[sizeof(davar_small_t)];
+char size_small_plan[sizeof(davar_small_plan_t)];
 char size_average[sizeof(davar_average_t)];
 char size_floor[sizeof(davar_floor_t)];
 char size_floor_result[sizeof(davar_floor_result_t)];
@@ -451,6 +458,7 @@ def sizes_of(core: str) -> dict[str, Any]:
                 line.split()[3][5:]: int(line.split()[1], 16) for line in lines if "size_" in line
             }
     of_tau = found[2]["result"] - found[1]["result"]
+    of_small = found[2]["small"] - found[1]["small"]
     return {
         "pointer": found[1]["pointer"],
         "instance": found[1]["instance"],
@@ -460,6 +468,8 @@ def sizes_of(core: str) -> dict[str, Any]:
         "floor_result": found[1]["floor_result"],
         "result": [found[1]["result"] - of_tau, of_tau],
         "plan": [found[most]["plan"] for most in found],
+        "small": [found[1]["small"] - of_small, of_small],
+        "small_plan": [found[most]["small_plan"] for most in found],
     }
 
 
@@ -477,6 +487,8 @@ def core_table(core: str) -> dict[str, Any]:
             designs = [design_of(core, type, law, engine, point) for point in points]
             found = [measured(design) for design in designs]
             table["window"][f"{type} {law} {engine}"] = fitted(designs, found, sizes)
+        if type == "int16":
+            table["window"] |= small_rows(core, sizes)
         base = table["window"][f"{type} fixed slide"]
         on_a_grid = worst_on_a_grid(core, type, table, sizes)
         for fit in ("curve", "terms"):
@@ -487,6 +499,16 @@ def core_table(core: str) -> dict[str, Any]:
             table["cascade"][f"{type} {fit}"] = row
         print(f"{core}: {type} measured", file=sys.stderr, flush=True)
     return table
+
+
+def small_rows(core: str, sizes: Any) -> dict[str, Any]:
+    """The setups of davar/small.h."""
+    rows = {}
+    for engine in ("small", "small white"):
+        designs = [design_of(core, "int16", "fixed", engine, point) for point in SMALL]
+        found = [measured(design) for design in designs]
+        rows[f"int16 fixed {engine}"] = fitted(designs, found, sizes)
+    return rows
 
 
 def is_bound(design: Design, figure: str) -> bool:
@@ -509,9 +531,11 @@ def renewed(core: str, rows: Sequence[str]) -> dict[str, Any]:
     """The table of a core with these rows measured again; none: all."""
     if not rows:
         return core_table(core)
-    new = {row: ROWS[row](core) for row in rows}
+    new = {row: ROWS[row](core) for row in rows if row != "small"}
     old = costs.table()[core]
     window, cascade = old.pop("window"), old.pop("cascade")
+    if "small" in rows:
+        window |= small_rows(core, new.get("sizes", old["sizes"]))
     return {**old, **new, "window": window, "cascade": cascade}
 
 

@@ -20,15 +20,48 @@
 extern "C" {
 #endif
 
+/** What the fit of white noise reads for windows of one length without gaps, at one sample rate.
+ * tools/davar-plan writes it as a constant for davar_fit_white_whole; davar_plan_t keeps it up to
+ * date for every window. Fields are private. */
+typedef struct {
+    /** @privatesection */
+    uint8_t count;      /* usable cluster sizes that the plan is solved for */
+    uint8_t passed;     /* the first size that the filter passes, or the last one */
+    uint8_t white_bits; /* the functional of white noise is in units of 2^white_bits */
+    bool declared;      /* the filter is known, or known to be absent */
+    /* Of the filter, for white noise of variance 1 before it (5.16). */
+    float sample;             /* variance of a sample */
+    float hidden;             /* root of white noise, in counts, that rounding hides (5.15) */
+    float step;               /* N^2 over rounding times this: whether rounding is white; 0: it is */
+    double rounding_variance; /* of a sample, in squared counts */
+    float rounding; /* white noise that rounding of variance 1 looks like (5.15) */
+    uint32_t coarse; /* rounding of a sample over white noise from which it hides it, as 2.30 */
+    uint64_t misfit_limit;
+    double unit; /* of the root of white noise, to deg/sqrt(h), at the rate */
+    /* Of the usable sizes (5.4), and of the window (5.5). */
+    uint32_t white_tails; /* what tails add to 1 / edf of white noise */
+    uint32_t white_low;
+    float white_high;
+    uint32_t sigma[DAVAR_COEFFICIENT_COUNT];
+    uint32_t doubt[DAVAR_COEFFICIENT_COUNT];
+    float centre[DAVAR_COEFFICIENT_COUNT];
+    float rounding_most[DAVAR_COEFFICIENT_COUNT]; /* largest amplitude of rounding of variance 1 */
+    uint32_t root_edf[DAVAR_TAUS_MAX];
+    float high[DAVAR_TAUS_MAX];            /* upper limits of the deviations */
+    float to_white[DAVAR_TAUS_MAX];        /* m / gain */
+    uint32_t inverse_gain[DAVAR_TAUS_MAX]; /* 23.9; at most 2^23 */
+    int32_t functional[DAVAR_COEFFICIENT_COUNT]
+                      [DAVAR_TAUS_MAX]; /* white noise, and each term with it */
+} davar_white_plan_t;
+
 /** Everything a fit needs that does not depend on the Allan deviations: a cache, not a history.
  * The caller owns it. Fields are private. */
 typedef struct davar_plan {
     /** @privatesection */
-    uint8_t count; /* usable cluster sizes that the plan is solved for (5.4) */
-    uint8_t sizes; /* ... of all sizes */
-    bool declared; /* the filter is known, or known to be absent */
+    davar_white_plan_t white;
+    uint8_t sizes; /* usable cluster sizes that the plan is solved for (5.4), of all sizes */
     int8_t variance_exponent[DAVAR_COEFFICIENT_COUNT]; /* powers of two: the units of variance */
-    /* Of the cluster sizes and the filter, for white noise of variance 1 before it (5.16). */
+    /* Of the cluster sizes and the filter. */
     float m[DAVAR_TAUS_MAX];
     float gain[DAVAR_TAUS_MAX];    /* m avar */
     float flicker[DAVAR_TAUS_MAX]; /* root of the share of flicker that passes the filter */
@@ -36,47 +69,25 @@ typedef struct davar_plan {
     float offset[DAVAR_TAUS_MAX];  /* relative error of gain by one standard error of the axis */
     float level;                   /* ... of the white noise by a filter that was learned */
     float covariance[(DAVAR_TAUS_MAX * (DAVAR_TAUS_MAX + 1)) / 2]; /* of m avar / gain, times n */
-    float sample;                                                  /* variance of a sample */
     float spread; /* samples over which the filter spreads a sample of noise (5.19) */
     float floor;  /* variance of the rounding that covariance includes */
-    float hidden; /* root of white noise, in counts, that rounding hides (5.15) */
-    float step;   /* N^2 over rounding times this: whether rounding is white; 0: it always is */
-    double rounding_variance; /* of a sample, in squared counts */
     float weight[DAVAR_TAUS_MAX];
     float freedom[DAVAR_TAUS_MAX]; /* degrees of freedom per effective difference */
-    /* Of the usable sizes (5.4). */
-    float to_white[DAVAR_TAUS_MAX]; /* m / gain */
+    /* Of the usable sizes. */
     float doubtful[DAVAR_TAUS_MAX]; /* offset^2 / 2 that the amplitude of white noise leaves */
-    uint32_t inverse_gain[DAVAR_TAUS_MAX]; /* 23.9; at most 2^23 */
-    int32_t functional[DAVAR_COEFFICIENT_COUNT]
-                      [DAVAR_TAUS_MAX]; /* white noise, and each term with it */
-    int32_t variance[DAVAR_COEFFICIENT_COUNT][DAVAR_TAUS_MAX]; /* of those amplitudes */
+    int32_t variance[DAVAR_COEFFICIENT_COUNT][DAVAR_TAUS_MAX]; /* of the amplitudes */
     float offset_variance[DAVAR_COEFFICIENT_COUNT];            /* ... by the uncertain cutoff */
-    uint8_t passed;     /* the first size that the filter passes, or the last one */
-    uint8_t white_bits; /* the functional of white noise is in units of 2^white_bits */
     float scale[DAVAR_COEFFICIENT_COUNT]; /* units of functional, sigma and centre */
-    float centre[DAVAR_COEFFICIENT_COUNT];
     float unit[DAVAR_COEFFICIENT_COUNT];
-    float rounding; /* white noise that rounding of variance 1 looks like (5.15) */
-    float rounding_most[DAVAR_COEFFICIENT_COUNT]; /* largest amplitude of such rounding */
-    uint32_t coarse; /* rounding of a sample over white noise from which it hides it, as 2.30 */
     float misfit_spread;
-    uint64_t misfit_limit;
-    /* length without gaps and mirror images that the fields below fit (5.5), or 0 */
-    uint32_t window;
-    float half_kappa; /* kappa / 2 that they fit too (5.19) */
+    /* Of the window and the rate, like `white`. */
     double edf[DAVAR_TAUS_MAX];
-    uint32_t root_edf[DAVAR_TAUS_MAX];
+    double root[DAVAR_COEFFICIENT_COUNT]; /* of amplitudes, to coefficients in their units */
     float low[DAVAR_TAUS_MAX];
-    float high[DAVAR_TAUS_MAX];
-    uint32_t sigma[DAVAR_COEFFICIENT_COUNT];
     float room[DAVAR_COEFFICIENT_COUNT];
-    uint32_t doubt[DAVAR_COEFFICIENT_COUNT];
-    uint32_t white_tails; /* what tails add to 1 / edf of white noise */
-    uint32_t white_low;
-    float white_high;
-    double rate_hz; /* sample rate that root fits, or 0 */
-    double root[DAVAR_COEFFICIENT_COUNT];
+    uint32_t window;  /* length without gaps and mirror images that `white` fits (5.5), or 0 */
+    float half_kappa; /* kappa / 2 that it fits too (5.19) */
+    double rate_hz;   /* that it fits, or 0 */
 } davar_plan_t;
 
 /** Prepares a plan for `count` cluster sizes m[] in samples, strictly ascending, without knowledge
@@ -139,6 +150,14 @@ bool davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result)
  * the noise is UNKNOWN. Cost: O(T). */
 #define davar_fit_white_ready DAVAR_SIZED(davar_fit_white_ready)
 bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *result);
+
+/** Fits white noise to a window without gaps, of the length and the rate for which tools/davar-plan
+ * wrote the constant plan (asserted: every cluster size has a difference).
+ * noise and the angle random walk have the bits of davar_fit_white; the rest is absent. The linker
+ * adds nothing that only other windows, the intervals of the sizes and the other terms need.
+ * @return True if white noise explains the window. Cost: O(T). */
+#define davar_fit_walk DAVAR_SIZED(davar_fit_walk)
+bool davar_fit_walk(const davar_white_plan_t *plan, davar_result_t *result);
 
 /** Estimates the angle random walk of a window from the cluster sizes that show white noise alone,
  * where davar_fit_white, davar_fit_white_ready or davar_fit left it absent; call it after them with

@@ -68,7 +68,7 @@ static void write_terms(const davar_mixture_t *model, int first, double rate_hz,
 /* The part of N^2 that an undeclared filter may have taken: a factor of its upper limit (5.17). */
 static double undeclared_factor(const davar_plan_t *plan, const davar_mixture_t *model)
 {
-    if (plan->declared) {
+    if (plan->white.declared) {
         return 1.0;
     }
     const double sigma = davar_root(model->variance[DAVAR_QUANTIZATION]);
@@ -85,12 +85,12 @@ static void write_white_part(const davar_plan_t *plan, const davar_mixture_t *mo
 {
     davar_coefficient_t *const walk = &result->coefficient[WHITE];
     const double hidden =
-        (double)plan->hidden * (double)plan->hidden / plan->rounding_variance * model->rounding;
+        (double)plan->white.hidden * (double)plan->white.hidden / plan->white.rounding_variance * model->rounding;
     double slow = 0.0; /* variance of a sample by the other terms: the model at m = 1 */
     for (int k = 0; k < TERMS; k++) {
         slow += (k != WHITE) ? model->a[k] : 0.0;
     }
-    if (hidden > model->a[WHITE] + (slow / (double)plan->sample)) {
+    if (hidden > model->a[WHITE] + (slow / (double)plan->white.sample)) {
         davar_write_coarse(plan, walk->high, result);
     } else if (walk->present && ((hidden > model->a[WHITE]) || !davar_mixture_shows_white(model))) {
         write_absent(walk, walk->high);
@@ -98,7 +98,7 @@ static void write_white_part(const davar_plan_t *plan, const davar_mixture_t *mo
         walk->high *= davar_root(undeclared_factor(plan, model));
     }
     if (!walk->present) {
-        walk->high = davar_half_a_count_at_least(plan, result, walk->high);
+        walk->high = davar_half_a_count_at_least(&plan->white, result, walk->high);
     }
 }
 
@@ -115,7 +115,7 @@ static void fit_window(davar_plan_t *plan, double rate_hz, davar_result_t *resul
     if (davar_white_suffices(plan, rate_hz, result, &white)) {
         return;
     }
-    davar_mixture_t model = {.plan = plan, .data = result, .end = plan->count};
+    davar_mixture_t model = {.plan = plan, .data = result, .end = plan->white.count};
     davar_mixture_fit(&model, davar_scaled_to_double(white.sum), white.suspects);
     if (davar_mixture_is_filtered(&model) && white.repeats) {
         write_terms(&model, DAVAR_QUANTIZATION, rate_hz, result);

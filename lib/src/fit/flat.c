@@ -77,7 +77,7 @@ static float ratio_to_float(scaled_t ratio)
 static scaled_t y_of_size(const davar_plan_t *plan, const davar_result_t *result, int t)
 {
     const scaled_t adev = scaled_of_double(result->tau[t].adev);
-    return scaled_times(scaled_times(adev, adev), scaled_of_float(plan->to_white[t]));
+    return scaled_times(scaled_times(adev, adev), scaled_of_float(plan->white.to_white[t]));
 }
 
 /* False: too few sizes, or all differences of the shortest one are 0. */
@@ -85,7 +85,7 @@ static bool read_curve(const davar_plan_t *plan, const davar_result_t *result, c
 {
     const int usable = (int)davar_fit_usable(result);
     curve->plan = plan;
-    curve->count = (usable < (int)plan->count) ? usable : (int)plan->count;
+    curve->count = (usable < (int)plan->white.count) ? usable : (int)plan->white.count;
     if (curve->count < SIZES_MOVING) {
         return false;
     }
@@ -93,7 +93,7 @@ static bool read_curve(const davar_plan_t *plan, const davar_result_t *result, c
     if (curve->unit.mantissa == 0U) {
         return false;
     }
-    curve->rounding = ratio_to_float(scaled_quotient(davar_rounding(plan, result), curve->unit));
+    curve->rounding = ratio_to_float(scaled_quotient(davar_rounding(&plan->white, result), curve->unit));
     curve->level = plan->level;
     for (int t = 0; t < curve->count; t++) {
         const float y = ratio_to_float(scaled_quotient(y_of_size(plan, result, t), curve->unit));
@@ -321,7 +321,7 @@ static bool fit_settled(const curve_t *curve, line_t *line, line_t *trend)
 /* 1 / edf of N^2, heavy tails included (5.19). */
 static float inverse_edf(const curve_t *curve, const line_t *line)
 {
-    const float tails = (float)(DAVAR_LAWS ? curve->plan->white_tails : 0U);
+    const float tails = (float)(DAVAR_LAWS ? curve->plan->white.white_tails : 0U);
     return (flat_variance(curve, line, line->of_square) / (2.0F * float_square(line->square))) +
            (tails / (float)(UINT32_C(1) << NOISE_BITS));
 }
@@ -349,7 +349,7 @@ static flat_part_t part_of_line(const curve_t *curve, const line_t *line)
 /* Is the noise at least what rounding may hide, and known well enough to be a value? */
 static bool is_value(const curve_t *curve, const line_t *line)
 {
-    const float coarse = (float)curve->plan->coarse / (float)(UINT32_C(1) << NOISE_BITS);
+    const float coarse = (float)curve->plan->white.coarse / (float)(UINT32_C(1) << NOISE_BITS);
     return (curve->rounding < coarse * line->square) &&
            (2.0F * inverse_edf(curve, line) < RELATIVE_MOST);
 }
@@ -424,7 +424,7 @@ static void flat_mixed(const davar_plan_t *plan, curve_t *curve, davar_result_t 
     double *const high = &result->coefficient[WHITE].high;
     flat_part_t moving;
     flat_part_t settled;
-    const bool moves = plan->declared && find_moving(curve, &moving);
+    const bool moves = plan->white.declared && find_moving(curve, &moving);
     forget_filter(curve);
     const bool settles = find_settled(curve, &settled);
     if (moves && !(settles && (moving.high < settled.low))) {

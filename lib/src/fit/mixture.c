@@ -170,7 +170,7 @@ DAVAR_RARE double davar_mixture_most(const davar_mixture_t *model, int term)
 {
     const int last = model->end - 1;
     const bool passes = (term != WHITE) || is_of_cascade(model);
-    const int short_one = passes ? model->first : (int)model->plan->passed;
+    const int short_one = passes ? model->first : (int)model->plan->white.passed;
     const int strongest = (term <= WHITE) ? short_one : last;
     double x[TERMS];
     double low;
@@ -211,7 +211,7 @@ bool davar_mixture_is_filtered(const davar_mixture_t *model)
     if (!quantized && (lack > DAVAR_FIT_THRESHOLD * sigma)) {
         return true;
     }
-    if (plan->declared) { /* a filter passes no quantization, and nothing that no term gives */
+    if (plan->white.declared) { /* a filter passes no quantization, and nothing that no term gives */
         return (plan->gain[0] < PASSES_ALL) && (quantized || !fits);
     }
     return !cascade && (!fits || !davar_mixture_shows_white(model));
@@ -709,7 +709,7 @@ static bool grow(davar_mixture_t *model, unsigned suspects)
 
 DAVAR_RARE void davar_mixture_fit(davar_mixture_t *model, double white, unsigned suspects)
 {
-    model->rounding = davar_scaled_to_double(davar_rounding(model->plan, model->data));
+    model->rounding = davar_scaled_to_double(davar_rounding(&model->plan->white, model->data));
     model->tails = 2.0 * tails_of_size(model, model->first);
     model->terms = term_bit(WHITE);
     model->a[WHITE] = white;

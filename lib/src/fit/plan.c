@@ -25,7 +25,7 @@
 
 static double last_of(const davar_plan_t *plan)
 {
-    return (double)plan->m[plan->count - 1U];
+    return (double)plan->m[plan->white.count - 1U];
 }
 
 /* Covariance of y at sizes t <= u for N = 1, in the window that the weights are made for. */
@@ -40,7 +40,7 @@ static double covariance_of(const davar_plan_t *plan, int t, int u)
  * none, because it is approximate above m = 4096 (5.16), and the size gets no weight. */
 static void factorise(const davar_plan_t *plan, float l[])
 {
-    for (int u = 0; u < plan->count; u++) {
+    for (int u = 0; u < plan->white.count; u++) {
         for (int t = 0; t <= u; t++) {
             const double whole = covariance_of(plan, t, u);
             double left = whole * ((t == u) ? (1.0 + RIDGE) : 1.0);
@@ -130,7 +130,7 @@ static void store(const double values[], int count, double scale, int32_t fixed[
 static double functional_of(const davar_plan_t *plan, const float l[], const double constant[],
                             int term, double functional[])
 {
-    const int count = plan->count;
+    const int count = plan->white.count;
     double x[DAVAR_TAUS_MAX];
     for (int t = 0; t < count; t++) {
         x[t] = shape(plan, term, t);
@@ -154,16 +154,16 @@ static double functional_of(const davar_plan_t *plan, const float l[], const dou
 static void plan_variance(davar_plan_t *plan, int term, const double functional[], double share)
 {
     double variance[DAVAR_TAUS_MAX];
-    for (int t = 0; t < plan->count; t++) {
+    for (int t = 0; t < plan->white.count; t++) {
         double sum = 0.0;
-        for (int u = t; u < plan->count; u++) {
+        for (int u = t; u < plan->white.count; u++) {
             const double twice = (u > t) ? 2.0 : 1.0;
             sum += twice * functional[u] * (double)plan->covariance[plan_pair(t, u)];
         }
         variance[t] = functional[t] * sum * share;
     }
-    const double scale = scale_of(variance, plan->count);
-    store(variance, plan->count, scale, plan->variance[term]);
+    const double scale = scale_of(variance, plan->white.count);
+    store(variance, plan->white.count, scale, plan->variance[term]);
     plan->variance_exponent[term] = (int8_t)((int32_t)(davar_bits_of_double(scale) >> 52U) - 1023);
 }
 
@@ -171,7 +171,7 @@ static void plan_variance(davar_plan_t *plan, int term, const double functional[
 static double rounding_in(const davar_plan_t *plan, const double functional[])
 {
     double sum = 0.0;
-    for (int t = 0; t < plan->count; t++) {
+    for (int t = 0; t < plan->white.count; t++) {
         sum += functional[t] / (double)plan->gain[t];
     }
     return sum;
@@ -181,7 +181,7 @@ static double rounding_in(const davar_plan_t *plan, const double functional[])
 static double rounding_most(const davar_plan_t *plan, const double functional[])
 {
     double sum = 0.0;
-    for (int t = 0; t < plan->count; t++) {
+    for (int t = 0; t < plan->white.count; t++) {
         const double size = (functional[t] < 0.0) ? -functional[t] : functional[t];
         sum += size / (double)plan->gain[t];
     }
@@ -191,7 +191,7 @@ static double rounding_most(const davar_plan_t *plan, const double functional[])
 static double offset_in(const davar_plan_t *plan, const double functional[])
 {
     double sum = 0.0;
-    for (int t = 0; t < plan->count; t++) {
+    for (int t = 0; t < plan->white.count; t++) {
         sum += functional[t] * (double)plan->offset[t];
     }
     return sum;
@@ -202,43 +202,43 @@ static double offset_in(const davar_plan_t *plan, const double functional[])
 static void plan_amplitude(davar_plan_t *plan, int term, double functional[], double centre,
                            double share)
 {
-    const double scale = scale_of(functional, plan->count);
+    const double scale = scale_of(functional, plan->white.count);
     const double offset = offset_in(plan, functional) / scale;
-    store(functional, plan->count, scale, plan->functional[term]);
-    for (int t = 0; t < plan->count; t++) {
+    store(functional, plan->white.count, scale, plan->white.functional[term]);
+    for (int t = 0; t < plan->white.count; t++) {
         functional[t] /= scale;
     }
     plan_variance(plan, term, functional, share);
     plan->scale[term] = (float)scale;
-    plan->rounding_most[term] = (float)rounding_most(plan, functional);
+    plan->white.rounding_most[term] = (float)rounding_most(plan, functional);
     const float per_share = (float)centre * plan->scale[term];
     const float most = (per_share < DAVAR_FIT_CENTRE_MOST) ? per_share : DAVAR_FIT_CENTRE_MOST;
-    plan->centre[term] = (most > DAVAR_FIT_CENTRE_LEAST) ? most : DAVAR_FIT_CENTRE_LEAST;
+    plan->white.centre[term] = (most > DAVAR_FIT_CENTRE_LEAST) ? most : DAVAR_FIT_CENTRE_LEAST;
     plan->offset_variance[term] = (float)(offset * offset);
 }
 
 /* White noise itself: the functional in units of 2^white_bits, at least 1. */
 static void plan_white(davar_plan_t *plan, double constant[], double share)
 {
-    const double scale = scale_of(constant, plan->count);
+    const double scale = scale_of(constant, plan->white.count);
     const uint32_t exponent = (uint32_t)(davar_bits_of_double(scale) >> 52U);
     plan_variance(plan, WHITE, constant, share);
-    plan->white_bits = (exponent > 1023U) ? (uint8_t)(exponent - 1023U) : 0U;
-    store(constant, plan->count, (scale > 1.0) ? scale : 1.0, plan->functional[WHITE]);
-    plan->rounding_most[WHITE] = (float)rounding_most(plan, constant);
+    plan->white.white_bits = (exponent > 1023U) ? (uint8_t)(exponent - 1023U) : 0U;
+    store(constant, plan->white.count, (scale > 1.0) ? scale : 1.0, plan->white.functional[WHITE]);
+    plan->white.rounding_most[WHITE] = (float)rounding_most(plan, constant);
     const double offset = offset_in(plan, constant);
     const double level = (double)plan->level;
     plan->offset_variance[WHITE] =
         (float)((DAVAR_FIT_AXIS_MARGIN * offset * offset) + (level * level));
     plan->scale[WHITE] = 1.0F;
-    plan->centre[WHITE] = 0.0F;
+    plan->white.centre[WHITE] = 0.0F;
 }
 
 /* Standard deviation of the misfit. Its variance is twice the sum of the squared correlations. */
 static double misfit_spread(const davar_plan_t *plan)
 {
     double sum = 0.0;
-    for (int u = 0; u < plan->count; u++) {
+    for (int u = 0; u < plan->white.count; u++) {
         for (int t = 0; t <= u; t++) {
             const double both = (double)plan->covariance[plan_pair(t, u)];
             const double one = (double)plan->covariance[plan_pair(t, t)];
@@ -254,20 +254,20 @@ static void plan_taus(davar_plan_t *plan, const double constant[])
 {
     const double common = offset_in(plan, constant);
     const double level = (double)plan->level;
-    for (int t = 0; t < plan->count; t++) {
+    for (int t = 0; t < plan->white.count; t++) {
         const double gain = (double)plan->gain[t];
         const double offset = (double)plan->offset[t] - common;
-        plan->to_white[t] = (float)((double)plan->m[t] / gain);
+        plan->white.to_white[t] = (float)((double)plan->m[t] / gain);
         plan->doubtful[t] = (float)(0.5 * ((offset * offset) + (level * level)));
         const double inverse = (double)(UINT32_C(1) << DAVAR_FIT_GAIN_BITS) / gain + 0.5;
-        plan->inverse_gain[t] = (inverse < 4294967295.0) ? (uint32_t)inverse : UINT32_MAX;
+        plan->white.inverse_gain[t] = (inverse < 4294967295.0) ? (uint32_t)inverse : UINT32_MAX;
     }
 }
 
 /* Rounding over white noise from which it hides it (5.15). */
 static uint32_t coarse_from(const davar_plan_t *plan)
 {
-    const double hides = (double)plan->sample / (3.0 * NEARLY * NEARLY); /* 0.38 without a filter */
+    const double hides = (double)plan->white.sample / (3.0 * NEARLY * NEARLY); /* 0.38 without a filter */
     return (uint32_t)(((hides < 2.0) ? hides : 2.0) * (double)(UINT32_C(1) << NOISE_BITS));
 }
 
@@ -323,7 +323,7 @@ DAVAR_RARE void davar_plan_solve(davar_plan_t *plan, uint8_t count)
     float l[PAIRS];
     double constant[DAVAR_TAUS_MAX];
     double functional[DAVAR_TAUS_MAX];
-    plan->count = count;
+    plan->white.count = count;
     plan->window = 0U;
     plan->rate_hz = 0.0;
     factorise(plan, l);
@@ -347,13 +347,13 @@ DAVAR_RARE void davar_plan_solve(davar_plan_t *plan, uint8_t count)
         }
     }
     plan_taus(plan, constant);
-    plan->passed = 0U;
-    while ((plan->passed + 1U < count) && (plan->gain[plan->passed] < DAVAR_FIT_PASSED)) {
-        plan->passed++;
+    plan->white.passed = 0U;
+    while ((plan->white.passed + 1U < count) && (plan->gain[plan->white.passed] < DAVAR_FIT_PASSED)) {
+        plan->white.passed++;
     }
     plan_white(plan, constant, share * share);
-    plan->rounding = (float)rounding;
-    plan->coarse = coarse_from(plan);
+    plan->white.rounding = (float)rounding;
+    plan->white.coarse = coarse_from(plan);
     plan_units(plan);
     plan_freedom(plan);
     plan_weights(plan);
@@ -361,17 +361,17 @@ DAVAR_RARE void davar_plan_solve(davar_plan_t *plan, uint8_t count)
     /* The largest sum of edf (y - 1)^2 that is not a misfit (5.9). */
     const double most =
         2.0 * ((double)(count - 1) + DAVAR_FIT_MISFIT * (double)plan->misfit_spread);
-    plan->misfit_limit = (uint64_t)(most * DAVAR_FIT_MISFIT_ONE);
+    plan->white.misfit_limit = (uint64_t)(most * DAVAR_FIT_MISFIT_ONE);
 }
 
 DAVAR_RARE void davar_plan_start(davar_plan_t *plan, const uint32_t *m, uint8_t count)
 {
     DAVAR_ASSERT(count >= 1U);
     *plan = (davar_plan_t){.sizes = count,
-                           .sample = 1.0F,
+                           .white.sample = 1.0F,
                            .spread = 1.0F,
-                           .hidden = 0.5F,
-                           .rounding_variance = 1.0 / 12.0};
+                           .white.hidden = 0.5F,
+                           .white.rounding_variance = 1.0 / 12.0};
     for (int t = 0; t < count; t++) {
         plan->m[t] = (float)m[t];
         plan->gain[t] = 1.0F;
@@ -390,17 +390,24 @@ DAVAR_RARE void davar_plan_white_row(davar_plan_t *plan, int u)
     }
 }
 
-DAVAR_RARE void davar_plan_init(davar_plan_t *plan, const uint32_t *m, uint8_t count)
+DAVAR_RARE static void plan_samples(davar_plan_t *plan, const uint32_t *m, uint8_t count,
+                                    bool declared)
 {
     davar_plan_start(plan, m, count);
     for (int u = 0; u < count; u++) {
         davar_plan_white_row(plan, u);
     }
     davar_plan_solve(plan, count);
+    plan->white.declared = declared;
+}
+
+DAVAR_RARE void davar_plan_init(davar_plan_t *plan, const uint32_t *m, uint8_t count)
+{
+    DAVAR_ASSERT(DAVAR_FILTERS);
+    plan_samples(plan, m, count, false);
 }
 
 DAVAR_RARE void davar_plan_init_white(davar_plan_t *plan, const uint32_t *m, uint8_t count)
 {
-    davar_plan_init(plan, m, count);
-    plan->declared = true;
+    plan_samples(plan, m, count, true);
 }

@@ -59,10 +59,10 @@ static void plan_sample(davar_plan_t *plan, const davar_filter_t *filter)
     const double by_step = step * (25.0 / 6.0);
     const double hides = (by_sample < by_step) ? by_sample : by_step; /* q^2 / 12 over N^2 */
     const double summed = is_sum ? (double)filter->summed : 1.0;
-    plan->sample = (float)sample;
-    plan->rounding_variance = summed / 12.0;
-    plan->hidden = (float)davar_root(summed / (12.0 * hides));
-    plan->step = (float)(STEP_ROUNDING * step);
+    plan->white.sample = (float)sample;
+    plan->white.rounding_variance = summed / 12.0;
+    plan->white.hidden = (float)davar_root(summed / (12.0 * hides));
+    plan->white.step = (float)(STEP_ROUNDING * step);
     plan->floor = (float)(sample / (12.0 * SPECTRUM_COUNTS * SPECTRUM_COUNTS));
 }
 
@@ -145,8 +145,9 @@ DAVAR_RARE void davar_plan_init_filtered(davar_plan_t *plan, const uint32_t *m, 
         davar_plan_init_white(plan, m, count);
         return;
     }
+    DAVAR_ASSERT(DAVAR_FILTERS);
     davar_plan_start(plan, m, count);
-    plan->declared = true;
+    plan->white.declared = true;
     int near = 0;
     while ((near < count) && ((double)plan->m[near] <= SIZE_MOST)) {
         near++;

@@ -78,6 +78,7 @@ void davar_plan_rate(davar_plan_t *plan, double rate_hz)
         plan->root[k] = davar_root_of_quotient(davar_scale(square, power_of(rate_hz, k - 2)),
                                                power_of(rate_hz, 2 - k));
     }
+    plan->white.unit = plan->root[WHITE];
     plan->rate_hz = rate_hz;
 }
 
@@ -251,10 +252,10 @@ static void plan_tau(davar_plan_t *plan, int t, scaled_t differences)
     davar_chi_square(edf, &low, &high);
     const scaled_t doubt = davar_scaled_plus(inverse, scaled_of_float(plan->doubtful[t]));
     plan->edf[t] = davar_scaled_to_double(edf);
-    plan->root_edf[t] =
+    plan->white.root_edf[t] =
         davar_scaled_to_fixed(davar_scaled_root(scaled_inverse(doubt)), DAVAR_FIT_ROOT_BITS);
     plan->low[t] = scaled_to_float(davar_scaled_root(low));
-    plan->high[t] = scaled_to_float(davar_scaled_root(high));
+    plan->white.high[t] = scaled_to_float(davar_scaled_root(high));
 }
 
 /* Odd, so never 0. One cluster size, or nearly equal ones, resolve no term: (5.4) then gives a
@@ -273,13 +274,13 @@ static void plan_term(davar_plan_t *plan, int k, scaled_t of_white, scaled_t var
     const scaled_t scale = scaled_of_float(plan->scale[k]);
     const scaled_t margin =
         scaled_times(scaled_times(scaled_of_double(DAVAR_FIT_BOUND), sigma), scale);
-    const scaled_t centre = scaled_of_float(plan->centre[k]);
+    const scaled_t centre = scaled_of_float(plan->white.centre[k]);
     const scaled_t of_term = scaled_times(scaled_times(centre, centre), variance);
     const scaled_t half = scaled_times(half_to_the(1), davar_scaled_plus(of_white, of_term));
-    plan->sigma[k] = fixed_sigma(sigma);
+    plan->white.sigma[k] = fixed_sigma(sigma);
     plan->room[k] = scaled_to_float(
         davar_scaled_root(scaled_times(davar_scaled_plus(half_to_the(0), margin), scale)));
-    plan->doubt[k] = davar_scaled_to_fixed(davar_scaled_root(half), NOISE_BITS);
+    plan->white.doubt[k] = davar_scaled_to_fixed(davar_scaled_root(half), NOISE_BITS);
 }
 
 /* Variance of an amplitude, from aligned values of 1 / effective differences and the uncertainty of
@@ -287,7 +288,7 @@ static void plan_term(davar_plan_t *plan, int k, scaled_t of_white, scaled_t var
 static scaled_t variance_of(const davar_plan_t *plan, int term, const scaled_t inverse[],
                             int32_t exponent)
 {
-    const int64_t sum = davar_aligned_sum(plan->variance[term], inverse, plan->count);
+    const int64_t sum = davar_aligned_sum(plan->variance[term], inverse, plan->white.count);
     const scaled_t variance =
         scaled_of_u64((sum > 0) ? (uint64_t)sum : 0U, exponent + plan->variance_exponent[term] -
                                                           (int32_t)DAVAR_FIT_FUNCTIONAL_BITS);
@@ -303,33 +304,33 @@ static void plan_window(davar_plan_t *plan, const davar_result_t *result)
     scaled_t low;
     scaled_t high;
     const int last = (int)davar_fit_usable(result) - 1; /* stands in for the sizes beyond it */
-    for (int t = 0; t < plan->count; t++) {
+    for (int t = 0; t < plan->white.count; t++) {
         const davar_adev_t *const tau = &result->tau[(t < last) ? t : last];
         const scaled_t differences = effective(tau, result->window_samples, evidence);
         inverse[t] = scaled_inverse(differences);
         plan_tau(plan, t, differences);
     }
-    const int32_t exponent = davar_align(inverse, plan->count);
+    const int32_t exponent = davar_align(inverse, plan->white.count);
     const scaled_t of_white = variance_of(plan, WHITE, inverse, exponent);
     scaled_t half = scaled_times(half_to_the(1), of_white);
-    plan->white_tails = 0U;
+    plan->white.white_tails = 0U;
     if (has_tails(plan)) {
         const scaled_t first = effective(&result->tau[0], result->window_samples, evidence);
         const scaled_t tails = added_by_tails(plan, scaled_inverse(first));
         half = davar_scaled_plus(half, tails);
-        plan->white_tails = davar_scaled_to_fixed(tails, NOISE_BITS);
+        plan->white.white_tails = davar_scaled_to_fixed(tails, NOISE_BITS);
     }
     davar_chi_square(at_least_one(scaled_inverse(half)), &low, &high);
     for (int k = 0; k < TERMS; k++) {
         plan_term(plan, k, of_white, variance_of(plan, k, inverse, exponent));
     }
-    plan->white_low = davar_scaled_to_fixed(low, NOISE_BITS);
-    plan->white_high = scaled_to_float(davar_scaled_root(high));
+    plan->white.white_low = davar_scaled_to_fixed(low, NOISE_BITS);
+    plan->white.white_high = scaled_to_float(davar_scaled_root(high));
 }
 
 void davar_fit_prepare_window(davar_plan_t *plan, const davar_result_t *result)
 {
-    const bool whole = is_whole(result, plan->count);
+    const bool whole = is_whole(result, plan->white.count);
     const float half_kappa = DAVAR_LAWS ? half_kappa_of(plan, result) : 0.0F;
     if ((plan->window != result->window_samples) || !whole ||
         (davar_bits_of_float(plan->half_kappa) != davar_bits_of_float(half_kappa))) {
@@ -344,7 +345,7 @@ uint8_t davar_fit_prepare(davar_plan_t *plan, const davar_result_t *result)
     const uint8_t usable = davar_fit_usable(result);
     const uint8_t count = (usable < plan->sizes) ? usable : plan->sizes;
     if (count > 0U) {
-        if (plan->count != count) {
+        if (plan->white.count != count) {
             davar_plan_solve(plan, count);
         }
         davar_fit_prepare_window(plan, result);

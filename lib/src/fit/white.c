@@ -37,6 +37,18 @@ static const struct {
     uint16_t equal;
 } runs[] = {{57U, 104U}, {85U, 56U}, {277U, 32U}};
 
+/* Is the filter known, or known to be absent? */
+static bool is_declared(const davar_white_plan_t *plan)
+{
+    return !DAVAR_FILTERS || plan->declared;
+}
+
+/* Can rounding errors repeat, because a filter makes samples alike (5.15)? */
+static bool may_repeat(const davar_white_plan_t *plan)
+{
+    return DAVAR_FILTERS && (davar_bits_of_float(plan->step) != 0U);
+}
+
 static uint32_t smaller_of(uint32_t a, uint32_t b)
 {
     return (a < b) ? a : b;
@@ -45,13 +57,13 @@ static uint32_t smaller_of(uint32_t a, uint32_t b)
 /* --- the fit --- */
 
 /* The sizes of the plan that have differences. */
-static int usable_of(const davar_plan_t *plan, const davar_result_t *result)
+static int usable_of(const davar_white_plan_t *plan, const davar_result_t *result)
 {
     const int usable = (int)davar_fit_usable(result);
     return (usable < (int)plan->count) ? usable : (int)plan->count;
 }
 
-DAVAR_APART DAVAR_RARE scaled_t davar_rounding(const davar_plan_t *plan,
+DAVAR_APART DAVAR_RARE scaled_t davar_rounding(const davar_white_plan_t *plan,
                                                const davar_result_t *result)
 {
     const scaled_t count = scaled_of_double(result->unit_per_count);
@@ -59,7 +71,7 @@ DAVAR_APART DAVAR_RARE scaled_t davar_rounding(const davar_plan_t *plan,
 }
 
 /* Rounding of a sample through the gain. */
-static uint32_t rounded_at(const davar_plan_t *plan, uint32_t rounding, int t)
+static uint32_t rounded_at(const davar_white_plan_t *plan, uint32_t rounding, int t)
 {
     const uint64_t part =
         davar_multiply_u32(rounding, plan->inverse_gain[t]) >> DAVAR_FIT_GAIN_BITS;
@@ -68,7 +80,7 @@ static uint32_t rounded_at(const davar_plan_t *plan, uint32_t rounding, int t)
 
 /* Reads the deviations, aligns y, whose mantissas had 29 to 32 bits, and takes the rounding off
  * (5.15). False: all are 0. */
-static bool read_data(const davar_plan_t *plan, const davar_result_t *result, davar_white_t *white)
+static bool read_data(const davar_white_plan_t *plan, const davar_result_t *result, davar_white_t *white)
 {
     uint32_t any = 0U;
     for (int t = 0; t < white->usable; t++) {
@@ -94,7 +106,7 @@ static bool read_data(const davar_plan_t *plan, const davar_result_t *result, da
 }
 
 /* The weight that the first sizes have in white noise; all have 2^29. */
-static int64_t weight_of_sizes(const davar_plan_t *plan, int sizes)
+static int64_t weight_of_sizes(const davar_white_plan_t *plan, int sizes)
 {
     int64_t sum = 0;
     for (int t = 0; t < sizes; t++) {
@@ -104,7 +116,7 @@ static int64_t weight_of_sizes(const davar_plan_t *plan, int sizes)
 }
 
 /* For the sizes without differences, the white noise of the others stands in (5.5). */
-static void stand_in(const davar_plan_t *plan, davar_white_t *white)
+static void stand_in(const davar_white_plan_t *plan, davar_white_t *white)
 {
     if (white->usable == plan->count) {
         return;
@@ -118,14 +130,14 @@ static void stand_in(const davar_plan_t *plan, davar_white_t *white)
     }
 }
 
-static int64_t amplitude(const davar_plan_t *plan, const davar_white_t *white, int term)
+static int64_t amplitude(const davar_white_plan_t *plan, const davar_white_t *white, int term)
 {
     return davar_aligned_sum(plan->functional[term], white->y, plan->count);
 }
 
 /* Rounding in the estimate of N^2: N^2 scatters with it, although it was taken off. A filter can
  * make its factor negative; it then adds nothing. */
-static scaled_t rounding_part(const davar_plan_t *plan, const davar_white_t *white)
+static scaled_t rounding_part(const davar_white_plan_t *plan, const davar_white_t *white)
 {
     const uint32_t bits = davar_bits_of_float(plan->rounding);
     const scaled_t none = {0U, SCALED_ZERO};
@@ -135,10 +147,10 @@ static scaled_t rounding_part(const davar_plan_t *plan, const davar_white_t *whi
 
 /* By how much rounding may differ from white noise at any size: twice the sum of the correlations
  * of its errors, at most 2 / (e^x - 1), times its variance (5.15). */
-static scaled_t rounding_doubt(const davar_plan_t *plan, const davar_white_t *white)
+static scaled_t rounding_doubt(const davar_white_plan_t *plan, const davar_white_t *white)
 {
     const scaled_t none = {0U, SCALED_ZERO};
-    if ((davar_bits_of_float(plan->step) == 0U) || (white->rounding.mantissa == 0U)) {
+    if (!may_repeat(plan) || (white->rounding.mantissa == 0U)) {
         return none;
     }
     const scaled_t one = scaled_of_u32(1U, 0);
@@ -154,7 +166,7 @@ static scaled_t rounding_doubt(const davar_plan_t *plan, const davar_white_t *wh
 }
 
 /* White noise, and the reciprocal for shares. */
-static void fit_amplitude(const davar_plan_t *plan, davar_white_t *white)
+static void fit_amplitude(const davar_white_plan_t *plan, davar_white_t *white)
 {
     const int64_t found = amplitude(plan, white, WHITE);
     const uint64_t square = (found > (int64_t)AMPLITUDE_LEAST) ? (uint64_t)found : AMPLITUDE_LEAST;
@@ -193,10 +205,10 @@ static uint32_t times_sigma(uint32_t quarters, uint32_t sigma)
 }
 
 /* The share of a term that rounding may look like, because it is not white. */
-static uint32_t rounded_share(const davar_plan_t *plan, const davar_white_t *white, int term,
+static uint32_t rounded_share(const davar_white_plan_t *plan, const davar_white_t *white, int term,
                               int32_t bits)
 {
-    if (white->doubt.mantissa == 0U) {
+    if (!may_repeat(plan) || (white->doubt.mantissa == 0U)) {
         return 0U;
     }
     const scaled_t most = scaled_of_float(plan->rounding_most[term]);
@@ -205,7 +217,7 @@ static uint32_t rounded_share(const davar_plan_t *plan, const davar_white_t *whi
 }
 
 /* The share of a term from which it is significant. */
-static uint32_t significant(const davar_plan_t *plan, const davar_white_t *white, int term)
+static uint32_t significant(const davar_white_plan_t *plan, const davar_white_t *white, int term)
 {
     return times_sigma(DAVAR_FIT_THRESHOLD_QUARTERS, plan->sigma[term]) +
            rounded_share(plan, white, term, (int32_t)DAVAR_FIT_SHARE_BITS);
@@ -213,7 +225,7 @@ static uint32_t significant(const davar_plan_t *plan, const davar_white_t *white
 
 /* Does the shortest size scatter by no more than twice the rounding and the noise that it hides?
  * Otherwise N^2 is small because another term lowers it, where a filter makes weights negative. */
-static bool is_within_counts(const davar_plan_t *plan, const davar_white_t *white)
+static bool is_within_counts(const davar_white_plan_t *plan, const davar_white_t *white)
 {
     const uint32_t most = davar_scaled_to_fixed(white->rounding, 1 - white->exponent);
     const uint32_t found = white->y[0].mantissa;
@@ -223,7 +235,7 @@ static bool is_within_counts(const davar_plan_t *plan, const davar_white_t *whit
 
 /* The shares of all terms, which of them are significant (5.7), and by how much the short cluster
  * sizes read low (5.17). */
-static void fit_shares(const davar_plan_t *plan, davar_white_t *white)
+static void fit_shares(const davar_white_plan_t *plan, davar_white_t *white)
 {
     white->suspects = 0U;
     white->lack = 0U;
@@ -248,7 +260,7 @@ static void fit_shares(const davar_plan_t *plan, davar_white_t *white)
 }
 
 /* Do the short cluster sizes read low, as after a filter that the plan does not know? */
-static bool lacks(const davar_plan_t *plan, const davar_white_t *white)
+static bool lacks(const davar_white_plan_t *plan, const davar_white_t *white)
 {
     return white->lack > significant(plan, white, DAVAR_QUANTIZATION);
 }
@@ -277,7 +289,7 @@ static uint32_t deviation(const davar_white_t *white, int t, uint32_t own, uint3
 }
 
 /* Does white noise leave no misfit (5.9)? */
-static bool explains(const davar_plan_t *plan, const davar_white_t *white)
+static bool explains(const davar_white_plan_t *plan, const davar_white_t *white)
 {
     const uint32_t own = of_sum(white, white->square, (int32_t)DAVAR_FIT_SHARE_BITS);
     const uint32_t sum = davar_scaled_to_fixed(white->sum, -white->exponent);
@@ -309,7 +321,7 @@ static uint32_t quotient_of_ones(uint32_t value, uint32_t under)
 
 /* The largest distance of the variance of rounding from q^2 / 12, for any mean between two counts.
  * `share`: rounding; `noise`: N^2, of which it is at most 0.41 in a sample; both over `sum`. */
-static uint32_t rounding_margin(const davar_plan_t *plan, const davar_white_t *white,
+static uint32_t rounding_margin(const davar_white_plan_t *plan, const davar_white_t *white,
                                 uint32_t share, uint32_t noise)
 {
     const scaled_t sample =
@@ -324,25 +336,25 @@ static scaled_t root_of_share(uint32_t share, uint32_t bits)
     return davar_scaled_root(scaled_of_u32(share, -(int32_t)bits));
 }
 
-/* A root of an amplitude as the coefficient of a term, in its unit. */
-static double in_unit(const davar_plan_t *plan, int term, scaled_t root)
+/* A root of white noise as the angle random walk. */
+static double in_unit(const davar_white_plan_t *plan, scaled_t root)
 {
-    return davar_scaled_to_double(scaled_times(root, scaled_of_double(plan->root[term])));
+    return davar_scaled_to_double(scaled_times(root, scaled_of_double(plan->unit)));
 }
 
-DAVAR_RARE double davar_half_a_count_at_least(const davar_plan_t *plan,
+DAVAR_RARE double davar_half_a_count_at_least(const davar_white_plan_t *plan,
                                               const davar_result_t *result, double limit)
 {
     const scaled_t count = scaled_of_double(result->unit_per_count);
     const scaled_t hidden = scaled_times(count, scaled_of_float(plan->hidden));
-    const double least = in_unit(plan, WHITE, hidden);
+    const double least = in_unit(plan, hidden);
     return (davar_bits_of_double(limit) < davar_bits_of_double(least)) ? least : limit;
 }
 
 /* --- the result --- */
 
 /* edf^-1/2 with heavy tails, at most 1 (5.19); both as 2.30. */
-static uint32_t with_tails(const davar_plan_t *plan, uint32_t s)
+static uint32_t with_tails(const davar_white_plan_t *plan, uint32_t s)
 {
     if (plan->white_tails == 0U) {
         return s;
@@ -356,7 +368,7 @@ static uint32_t with_tails(const davar_plan_t *plan, uint32_t s)
 
 /* Lower limit of N^2 with an unresolved term: the interval must contain the N^2 that the term would
  * leave (5.10). As 2.30. */
-static uint32_t doubted(const davar_plan_t *plan, uint32_t share, int term)
+static uint32_t doubted(const davar_white_plan_t *plan, uint32_t share, int term)
 {
     const scaled_t centre = scaled_of_float(plan->centre[term]); /* 2^-32 to 2^20 per share */
     const uint32_t shift = (uint32_t)((int32_t)DAVAR_FIT_SHARE_BITS - 30 - centre.exponent);
@@ -371,7 +383,7 @@ static uint32_t doubted(const davar_plan_t *plan, uint32_t share, int term)
 }
 
 /* Lower limit of N^2 as 2.30. */
-static uint32_t least_square(const davar_plan_t *plan, const davar_white_t *white)
+static uint32_t least_square(const davar_white_plan_t *plan, const davar_white_t *white)
 {
     uint32_t least = plan->white_low;
     for (int k = 0; k < TERMS; k++) {
@@ -395,7 +407,7 @@ static void write_intervals(const davar_plan_t *plan, const davar_white_t *white
         tau->low =
             davar_scaled_to_double(scaled_times(white->adev[t], scaled_of_float(plan->low[t])));
         tau->high =
-            davar_scaled_to_double(scaled_times(white->adev[t], scaled_of_float(plan->high[t])));
+            davar_scaled_to_double(scaled_times(white->adev[t], scaled_of_float(plan->white.high[t])));
     }
 }
 
@@ -407,24 +419,25 @@ static void white_absent(const davar_plan_t *plan, const davar_white_t *white, s
     coefficient->value = (double)NAN;
     coefficient->low = (double)NAN;
     coefficient->high = (double)INFINITY;
-    if (plan->sigma[term] <= DAVAR_FIT_SIGMA_MOST) {
-        const uint32_t sigma = plan->sigma[term];
+    if (plan->white.sigma[term] <= DAVAR_FIT_SIGMA_MOST) {
+        const uint32_t sigma = plan->white.sigma[term];
         const uint32_t margin =
             sigma + davar_upper_product(sigma, (uint32_t)((DAVAR_FIT_BOUND - 1.0) * FRACTION_32));
         const scaled_t share = davar_scaled_root(
             scaled_of_u32(white->share[term] + margin, -(int32_t)DAVAR_FIT_SHARE_BITS));
         const scaled_t bound =
             scaled_times(scaled_times(share, scaled_of_float(plan->room[term])), root);
-        coefficient->high = in_unit(plan, term, bound);
+        coefficient->high =
+            davar_scaled_to_double(scaled_times(bound, scaled_of_double(plan->root[term])));
     }
 }
 
 /* Upper limit of N over N. A filter that is not declared may have lowered N^2 by the lack that the
  * window shows and by as much as passes the test (5.17). */
-static scaled_t highest(const davar_plan_t *plan, const davar_white_t *white)
+static scaled_t highest(const davar_white_plan_t *plan, const davar_white_t *white)
 {
     const scaled_t high = scaled_of_float(plan->white_high);
-    if (plan->declared) {
+    if (is_declared(plan)) {
         return high;
     }
     const uint32_t passes =
@@ -435,9 +448,10 @@ static scaled_t highest(const davar_plan_t *plan, const davar_white_t *white)
 }
 
 /* Where N^2 at its lower limit is hidden, N may be 0, because it was selected (5.15). */
-static void white_present(const davar_plan_t *plan, const davar_white_t *white, scaled_t root,
+static void white_present(const davar_white_plan_t *plan, const davar_white_t *white,
                           davar_coefficient_t *coefficient)
 {
+    const scaled_t root = davar_scaled_root(white->sum);
     const uint32_t least = least_square(plan, white);
     const scaled_t high = highest(plan, white);
     const uint32_t share = of_sum(white, rounding_part(plan, white), NOISE_BITS);
@@ -453,31 +467,28 @@ static void white_present(const davar_plan_t *plan, const davar_white_t *white, 
         davar_scaled_to_fixed(scaled_times(high, high), (int32_t)DAVAR_FIT_SHARE_BITS) - less +
         rounded_share(plan, white, WHITE, (int32_t)DAVAR_FIT_SHARE_BITS);
     const double low =
-        in_unit(plan, WHITE, scaled_times(root, root_of_share(left, (uint32_t)NOISE_BITS)));
+        in_unit(plan, scaled_times(root, root_of_share(left, (uint32_t)NOISE_BITS)));
     coefficient->present = true;
-    coefficient->value = in_unit(plan, WHITE, davar_scaled_root(white->square));
+    coefficient->value = in_unit(plan, davar_scaled_root(white->square));
     coefficient->low = is_low ? low : 0.0;
     coefficient->high =
-        in_unit(plan, WHITE, scaled_times(root, root_of_share(square, DAVAR_FIT_SHARE_BITS)));
+        in_unit(plan, scaled_times(root, root_of_share(square, DAVAR_FIT_SHARE_BITS)));
 }
 
-static void write_white(const davar_plan_t *plan, const davar_white_t *white,
-                        davar_result_t *result)
+/* What white noise gives besides the angle random walk. */
+static void write_rest(const davar_plan_t *plan, const davar_white_t *white,
+                       davar_result_t *result)
 {
     const scaled_t root = davar_scaled_root(white->sum);
     write_intervals(plan, white, result);
-    result->noise = DAVAR_NOISE_WHITE;
     for (int k = 0; k < TERMS; k++) {
         if (k != WHITE) {
             white_absent(plan, white, root, k, &result->coefficient[k]);
-        } else {
-            white_present(plan, white, root, &result->coefficient[k]);
         }
     }
 }
 
-DAVAR_RARE void davar_write_unlimited(const davar_plan_t *plan, davar_noise_t noise,
-                                      davar_result_t *result)
+static void write_unlimited_taus(const davar_plan_t *plan, davar_result_t *result)
 {
     for (int t = 0; t < result->tau_count; t++) {
         davar_adev_t *const tau = &result->tau[t];
@@ -487,8 +498,19 @@ DAVAR_RARE void davar_write_unlimited(const davar_plan_t *plan, davar_noise_t no
             tau->high = (double)INFINITY;
         }
     }
+}
+
+DAVAR_RARE void davar_write_unlimited(const davar_plan_t *plan, davar_noise_t noise,
+                                      davar_result_t *result)
+{
+    write_unlimited_taus(plan, result);
     davar_absent_coefficients(result);
     result->noise = noise;
+}
+
+static void limit_walk(const davar_white_plan_t *plan, double limit, davar_result_t *result)
+{
+    result->coefficient[WHITE].high = davar_half_a_count_at_least(plan, result, limit);
 }
 
 /* Below half a count, the deviations depend on where the mean lies between two counts and do not
@@ -496,26 +518,26 @@ DAVAR_RARE void davar_write_unlimited(const davar_plan_t *plan, davar_noise_t no
 DAVAR_RARE void davar_write_coarse(const davar_plan_t *plan, double limit, davar_result_t *result)
 {
     davar_write_unlimited(plan, DAVAR_NOISE_COARSE, result);
-    result->coefficient[WHITE].high = davar_half_a_count_at_least(plan, result, limit);
+    limit_walk(&plan->white, limit, result);
 }
 
-/* m avar at size t. */
-static scaled_t whole_at(const davar_plan_t *plan, const davar_result_t *result, int t)
+/* m avar. */
+static scaled_t whole_at(const davar_adev_t *tau)
 {
-    const scaled_t adev = scaled_of_double(result->tau[t].adev);
-    return scaled_times(scaled_times(adev, adev), scaled_of_float(plan->m[t]));
+    const scaled_t adev = scaled_of_double(tau->adev);
+    return scaled_times(scaled_times(adev, adev), scaled_of_u32(tau->m, 0));
 }
 
 /* The first size that its longer neighbour does not exceed has what the filter passes, or the last
  * one. What it still lacks is about what it gained over the size before, of which it takes three
  * times as much (5.17). */
-DAVAR_RARE void davar_write_filtered(const davar_plan_t *plan, davar_result_t *result)
+DAVAR_RARE static void limit_filtered(const davar_white_plan_t *plan, davar_result_t *result)
 {
     scaled_t y[DAVAR_TAUS_MAX];
     const int usable = usable_of(plan, result);
     int top = 0;
     for (int t = 0; t < usable; t++) {
-        y[t] = whole_at(plan, result, t);
+        y[t] = whole_at(&result->tau[t]);
     }
     const int32_t unit = davar_align(y, usable);
     while ((top + 1 < usable) && (y[top + 1].mantissa > y[top].mantissa)) {
@@ -527,9 +549,13 @@ DAVAR_RARE void davar_write_filtered(const davar_plan_t *plan, davar_result_t *r
         scaled_times(scaled_of_u64(y[top].mantissa, unit), scaled_times(limit, limit));
     const scaled_t most =
         davar_scaled_plus(high, scaled_of_u64(3U * (uint64_t)(y[top].mantissa - before), unit));
+    limit_walk(plan, in_unit(plan, davar_scaled_root(most)), result);
+}
+
+DAVAR_RARE void davar_write_filtered(const davar_plan_t *plan, davar_result_t *result)
+{
     davar_write_unlimited(plan, DAVAR_NOISE_FILTERED, result);
-    result->coefficient[WHITE].high =
-        davar_half_a_count_at_least(plan, result, in_unit(plan, WHITE, davar_scaled_root(most)));
+    limit_filtered(&plan->white, result);
 }
 
 static void write_nothing(davar_result_t *result)
@@ -539,46 +565,49 @@ static void write_nothing(davar_result_t *result)
 }
 
 /* Is there less than half a count? */
-static bool is_hidden(const davar_plan_t *plan, const davar_white_t *white)
+static bool is_hidden(const davar_white_plan_t *plan, const davar_white_t *white)
 {
     return of_sum(white, white->rounding, NOISE_BITS) >=
            noise_times(of_sum(white, white->square, NOISE_BITS), plan->coarse);
 }
 
 /* Are so many rounding errors equal to the one before that they may be a quarter of N^2? */
-static bool is_repeated(const davar_plan_t *plan, const davar_white_t *white)
+static bool is_repeated(const davar_white_plan_t *plan, const davar_white_t *white)
 {
     return rounded_share(plan, white, WHITE, NOISE_BITS) > (CENTRE_ONE / 4U);
 }
 
-static void write_hidden(const davar_plan_t *plan, const davar_white_t *white,
+static void limit_hidden(const davar_white_plan_t *plan, const davar_white_t *white,
                          davar_result_t *result)
 {
     const scaled_t doubt = scaled_times(white->doubt, scaled_of_float(plan->rounding_most[WHITE]));
     const scaled_t most = davar_scaled_root(davar_scaled_plus(white->sum, doubt));
-    davar_write_coarse(
-        plan, in_unit(plan, WHITE, scaled_times(most, scaled_of_float(plan->white_high))), result);
+    limit_walk(plan, in_unit(plan, scaled_times(most, scaled_of_float(plan->white_high))),
+               result);
 }
 
-/* Withholds what rounding hides, or another filter than the declared one. False: neither. */
-static bool withholds(const davar_plan_t *plan, davar_white_t *white, davar_result_t *result)
+/* Is the window to withhold, because rounding hides it (COARSE), or because it shows another filter
+ * than the declared one (FILTERED)? Writes the limit. UNKNOWN: neither. */
+static davar_noise_t withheld(const davar_white_plan_t *plan, davar_white_t *white,
+                              davar_result_t *result)
 {
-    const bool filtered = lacks(plan, white) && (!plan->declared || (white->suspects == 0U));
+    const bool filtered = lacks(plan, white) && (!is_declared(plan) || (white->suspects == 0U));
     const bool repeated = is_repeated(plan, white) && (white->suspects == 0U);
+    davar_noise_t noise = DAVAR_NOISE_UNKNOWN;
     if (is_hidden(plan, white)) {
         white->suspects = 0U;
-        if (!is_within_counts(plan, white)) {
-            return false;
-        }
-        write_hidden(plan, white, result);
+        noise = is_within_counts(plan, white) ? DAVAR_NOISE_COARSE : DAVAR_NOISE_UNKNOWN;
     } else if (repeated || (filtered && white->repeats)) {
-        write_hidden(plan, white, result);
+        noise = DAVAR_NOISE_COARSE;
     } else if (filtered) {
-        davar_write_filtered(plan, result);
-    } else {
-        return false;
+        noise = DAVAR_NOISE_FILTERED;
     }
-    return true;
+    if (noise == DAVAR_NOISE_COARSE) {
+        limit_hidden(plan, white, result);
+    } else if (noise == DAVAR_NOISE_FILTERED) {
+        limit_filtered(plan, result);
+    }
+    return noise;
 }
 
 /* Did the sensor repeat its last sample more often than white noise of this scatter does once in
@@ -604,29 +633,51 @@ static bool is_stuck(const davar_result_t *result)
     return result->equal_samples >= most;
 }
 
-/* davar_white_suffices with a plan that is up to date. */
+/* Reads the window. False: its noise is below a count, or the sensor is stuck. */
+static bool shows_noise(const davar_white_plan_t *plan, const davar_result_t *result,
+                        davar_white_t *white)
+{
+    return read_data(plan, result, white) && !is_stuck(result);
+}
+
+/* What a window that shows noise is, from a y for every size of the plan. Writes the angle random
+ * walk, except if it is MIXED. */
+static davar_noise_t judge(const davar_white_plan_t *plan, davar_white_t *white,
+                           davar_result_t *result)
+{
+    fit_amplitude(plan, white);
+    fit_shares(plan, white);
+    const davar_noise_t noise = withheld(plan, white, result);
+    if (noise != DAVAR_NOISE_UNKNOWN) {
+        return noise;
+    }
+    if (is_hidden(plan, white) || (white->suspects != 0U) || !explains(plan, white)) {
+        return DAVAR_NOISE_MIXED;
+    }
+    white_present(plan, white, &result->coefficient[WHITE]);
+    return DAVAR_NOISE_WHITE;
+}
+
+/* davar_white_suffices with a plan that is up to date for the window. */
 static bool suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result,
                      davar_white_t *white)
 {
-    white->usable = usable_of(plan, result);
-    davar_absent_taus(result, (uint8_t)white->usable);
-    if (!read_data(plan, result, white) || is_stuck(result)) {
-        /* Noise below a count, or a stuck sensor: differences of 0 limit nothing. */
-        davar_write_unlimited(plan, DAVAR_NOISE_CONSTANT, result);
-        return true;
-    }
-    stand_in(plan, white);
-    fit_amplitude(plan, white);
+    const davar_white_plan_t *const constant = &plan->white;
+    davar_noise_t noise = DAVAR_NOISE_CONSTANT; /* differences of 0 limit nothing */
     davar_plan_rate(plan, rate_hz);
-    fit_shares(plan, white);
-    if (withholds(plan, white, result)) {
-        return true;
+    write_nothing(result);
+    white->usable = usable_of(constant, result);
+    if (shows_noise(constant, result, white)) {
+        stand_in(constant, white);
+        noise = judge(constant, white, result);
     }
-    if (is_hidden(plan, white) || (white->suspects != 0U) || !explains(plan, white)) {
-        return false;
+    if (noise == DAVAR_NOISE_WHITE) {
+        write_rest(plan, white, result);
+    } else if (noise != DAVAR_NOISE_MIXED) {
+        write_unlimited_taus(plan, result);
     }
-    write_white(plan, white, result);
-    return true;
+    result->noise = noise;
+    return noise != DAVAR_NOISE_MIXED;
 }
 
 bool davar_white_suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result,
@@ -641,25 +692,23 @@ bool davar_white_suffices(davar_plan_t *plan, double rate_hz, davar_result_t *re
 
 /* White noise is at most the whole Allan variance at a size that the filter passes, because other
  * terms only add to it (5.11). */
-static void write_mixed(const davar_plan_t *plan, const davar_white_t *white,
+static void limit_mixed(const davar_white_plan_t *plan, const davar_white_t *white,
                         davar_result_t *result)
 {
-    write_intervals(plan, white, result);
-    davar_absent_coefficients(result);
-    const scaled_t most =
-        scaled_times(scaled_of_double(result->tau[plan->passed].high),
-                     davar_scaled_root(scaled_of_float(plan->to_white[plan->passed])));
-    result->coefficient[WHITE].high =
-        davar_half_a_count_at_least(plan, result, in_unit(plan, WHITE, most));
-    davar_absent_taus(result, 0U); /* the intervals held for white noise only */
-    result->noise = DAVAR_NOISE_MIXED;
+    const int t = (int)plan->passed;
+    if (t < white->usable) {
+        const scaled_t high = scaled_times(white->adev[t], scaled_of_float(plan->high[t]));
+        const scaled_t most =
+            scaled_times(high, davar_scaled_root(scaled_of_float(plan->to_white[t])));
+        limit_walk(plan, in_unit(plan, most), result);
+    }
 }
 
 static bool fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result)
 {
     davar_white_t white;
     if (!suffices(plan, rate_hz, result, &white)) {
-        write_mixed(plan, &white, result);
+        limit_mixed(&plan->white, &white, result);
     }
     return result->noise == DAVAR_NOISE_WHITE;
 }
@@ -675,7 +724,7 @@ bool davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result)
 
 /* Are the sizes with differences those of the plan, or do they have enough weight to stand in for
  * the others? */
-static bool carries(const davar_plan_t *plan, int usable)
+static bool carries(const davar_white_plan_t *plan, int usable)
 {
     if (usable >= (int)plan->count) {
         return usable == (int)plan->count;
@@ -685,10 +734,27 @@ static bool carries(const davar_plan_t *plan, int usable)
 
 bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *result)
 {
-    if (!carries(plan, (int)davar_fit_usable(result))) {
+    if (!carries(&plan->white, (int)davar_fit_usable(result))) {
         write_nothing(result);
         return false;
     }
     davar_fit_prepare_window(plan, result);
     return fit_white(plan, rate_hz, result);
+}
+
+bool davar_fit_walk(const davar_white_plan_t *plan, davar_result_t *result)
+{
+    davar_white_t white;
+    davar_noise_t noise = DAVAR_NOISE_CONSTANT;
+    DAVAR_ASSERT(davar_fit_usable(result) == plan->count);
+    write_nothing(result);
+    white.usable = (int)plan->count;
+    if (shows_noise(plan, result, &white)) {
+        noise = judge(plan, &white, result);
+    }
+    if (noise == DAVAR_NOISE_MIXED) {
+        limit_mixed(plan, &white, result);
+    }
+    result->noise = noise;
+    return noise == DAVAR_NOISE_WHITE;
 }

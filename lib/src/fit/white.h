@@ -7,11 +7,11 @@
 #include "number/scaled.h"
 
 /* q^2 / 12, the variance of rounding to counts of size q (5.15); 0: unknown. */
-scaled_t davar_rounding(const davar_plan_t *plan, const davar_result_t *result);
+scaled_t davar_rounding(const davar_white_plan_t *plan, const davar_result_t *result);
 
 /* An upper limit of the angle random walk, rounding included: at least half a count, because
  * rounding can hide as much. */
-double davar_half_a_count_at_least(const davar_plan_t *plan, const davar_result_t *result,
+double davar_half_a_count_at_least(const davar_white_plan_t *plan, const davar_result_t *result,
                                    double limit);
 
 /* Writes DAVAR_NOISE_COARSE: all is absent except an upper limit of the angle random walk. `limit`
@@ -28,9 +28,6 @@ void davar_write_filtered(const davar_plan_t *plan, davar_result_t *result);
 /* White noise fitted to the usable cluster sizes of a result. */
 typedef struct {
     int usable; /* cluster sizes with differences; the rest of the plan stands in (5.5) */
-    scaled_t adev[DAVAR_TAUS_MAX];
-    scaled_t y[DAVAR_TAUS_MAX];       /* adev^2 m / gain without rounding, aligned to `exponent` */
-    uint32_t rounded[DAVAR_TAUS_MAX]; /* what rounding had in y */
     int32_t exponent;
     scaled_t rounding; /* variance of rounding of a sample */
     scaled_t doubt;    /* by how much rounding may differ from white noise of that variance */
@@ -43,6 +40,9 @@ typedef struct {
     unsigned suspects;                       /* bit k: term k is significant (5.7) */
     uint32_t lack;                           /* by which the short sizes read low, a share (5.17) */
     bool repeats; /* rounding errors repeat so much that short sizes prove no other filter (5.15) */
+    scaled_t adev[DAVAR_TAUS_MAX];
+    scaled_t y[DAVAR_TAUS_MAX];       /* adev^2 m / gain without rounding, aligned to `exponent` */
+    uint32_t rounded[DAVAR_TAUS_MAX]; /* what rounding had in y */
 } davar_white_t;
 
 /* Writes the result if white noise explains the window or the window shows nothing, and returns

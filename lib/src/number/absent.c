@@ -18,7 +18,10 @@ void davar_absent_coefficients(davar_result_t *result)
     result->flat_from = 0U;
     result->flat_to = 0U;
     for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
-        const davar_coefficient_t absent = {false, (double)NAN, (double)NAN, (double)INFINITY};
-        result->coefficient[k] = absent;
+        davar_coefficient_t *const coefficient = &result->coefficient[k];
+        coefficient->present = false;
+        coefficient->value = (double)NAN;
+        coefficient->low = (double)NAN;
+        coefficient->high = (double)INFINITY;
     }
 }
