@@ -159,7 +159,8 @@ static void test_a_sample_matches_the_autocovariance(void)
         const double by_step = (r_at(0) - r_at(1)) * 25.0 / 6.0;
         const double summed = (filters[f].summed > 1U) ? (double)filters[f].summed : 1.0;
         assert_near(r_at(0), (double)plan.white.sample, 1e-5);
-        assert_near(sqrt(summed / (12.0 * fmin(by_sample, by_step))), (double)plan.white.hidden, 1e-5);
+        assert_near(sqrt(summed / (12.0 * fmin(by_sample, by_step))), (double)plan.white.hidden,
+                    1e-5);
         assert_near(summed / 12.0, plan.white.rounding_variance, 1e-15);
     }
 }

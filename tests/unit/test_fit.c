@@ -365,8 +365,8 @@ static void test_general_fit_agrees_with_the_short_cut(void)
     /* other weights: they differ by less than a hundredth of a standard error */
     TEST_ASSERT_DOUBLE_WITHIN(0.017, term(DAVAR_ANGLE_RANDOM_WALK)->value, 60.0 * sqrt(model.a[1]));
     for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
-        const double share =
-            (double)plan.white.sigma[k] / (double)(1U << DAVAR_FIT_SHARE_BITS) * (double)plan.scale[k];
+        const double share = (double)plan.white.sigma[k] / (double)(1U << DAVAR_FIT_SHARE_BITS) *
+                             (double)plan.scale[k];
         const double sigma = share * (double)plan.unit[k] * model.a[1];
         /* the weights of the short cut have the least variance */
         TEST_ASSERT_TRUE(sqrt(model.variance[k]) > 0.9999 * sigma);
@@ -611,7 +611,8 @@ static void test_standard_errors_match_the_full_covariance(void)
             }
         }
         TEST_ASSERT_DOUBLE_WITHIN(0.03 * sqrt(variance), sqrt(variance),
-                                  (double)plan.white.sigma[k] / (double)(1U << DAVAR_FIT_SHARE_BITS));
+                                  (double)plan.white.sigma[k] /
+                                      (double)(1U << DAVAR_FIT_SHARE_BITS));
     }
 }
 

@@ -50,8 +50,8 @@ static void test_a_doubtful_term_lowers_the_limit_only_as_far_as_it_could(void)
     for (size_t f = 0; f < FILTERS; f++) {
         plan_filter(&filters[f]);
         davar_fit_prepare(&plan, &result);
-        const double sigma =
-            (double)plan.white.sigma[0] / (double)(1U << DAVAR_FIT_SHARE_BITS) * (double)plan.scale[0];
+        const double sigma = (double)plan.white.sigma[0] / (double)(1U << DAVAR_FIT_SHARE_BITS) *
+                             (double)plan.scale[0];
         const double none[] = {0, 1.0, 0, 0, 0};
         const double some[] = {sigma, 1.0, 0, 0, 0};
         set_filtered(&filters[f], none, 0.0);
@@ -304,7 +304,8 @@ static void test_more_scatter_than_hidden_noise_gives_is_no_rounding(void)
     for (int step = 0; step < 29; step++) {
         const double over = 1.15 + 0.1 * step;
         plan_filter(&vague);
-        const double hidden = ldexp(1.0 / 12.0, 30) / (double)plan.white.coarse * (double)plan.gain[0];
+        const double hidden =
+            ldexp(1.0 / 12.0, 30) / (double)plan.white.coarse * (double)plan.gain[0];
         const double white[] = {over * (hidden + (1.0 / 12.0)) - (1.0 / 12.0), 1e-3, 0, 0, 0};
         set_filtered(&vague, white, 1.0);
         const davar_noise_t expected = (over < 2.0) ? DAVAR_NOISE_COARSE : DAVAR_NOISE_MIXED;
@@ -329,7 +330,8 @@ static void test_noise_of_less_than_half_a_count_is_coarse(void)
             const bool is_white = (result.noise == DAVAR_NOISE_WHITE);
             TEST_ASSERT_TRUE(is_white || ((result.noise == DAVAR_NOISE_COARSE) && !was_white));
             TEST_ASSERT_TRUE(!is_white || (over * hidden > half));
-            TEST_ASSERT_TRUE(is_white || (over < 1.0) || ((over < 2.0) && (plan.white.step < 0.2F)));
+            TEST_ASSERT_TRUE(is_white || (over < 1.0) ||
+                             ((over < 2.0) && (plan.white.step < 0.2F)));
             TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->high >= 59.999);
             was_white = is_white;
         }
@@ -451,15 +453,15 @@ static void test_the_upper_limit_includes_what_the_test_cannot_see(void)
         const double lack = 0.5 * step;
         plan_filter(NULL);
         davar_fit_prepare(&plan, &result);
-        const double sigma =
-            (double)plan.white.sigma[0] / (double)(1U << DAVAR_FIT_SHARE_BITS) * (double)plan.scale[0];
+        const double sigma = (double)plan.white.sigma[0] / (double)(1U << DAVAR_FIT_SHARE_BITS) *
+                             (double)plan.scale[0];
         const double centre = (double)plan.white.centre[0] / (double)plan.scale[0];
         const double mix[] = {-lack * sigma, 1.0, 0, 0, 0};
         set_model(mix);
         davar_result_t known = result;
         davar_fit(&plan, 1.0, &result);
         plan.white.declared = true;
-        plan.window = 0U;
+        plan.white.window = 0U;
         davar_fit(&plan, 1.0, &known);
         TEST_ASSERT_EQUAL(DAVAR_NOISE_WHITE, result.noise);
         TEST_ASSERT_EQUAL_DOUBLE(known.coefficient[WHITE].value, result.coefficient[WHITE].value);

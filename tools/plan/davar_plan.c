@@ -143,17 +143,19 @@ static void write_rows(const davar_plan_t *plan)
 
 static void write_numbers(const davar_plan_t *plan)
 {
-    (void)printf(
-        "    .white.declared = %s,\n    .white.sample = %aF,\n    .spread = %aF,\n    .floor = %aF,\n"
-        "    .white.hidden = %aF,\n    .white.rounding_variance = %a,\n    .level = %aF,\n    .white.step = %aF,\n",
-        plan->white.declared ? "true" : "false", (double)plan->white.sample, (double)plan->spread,
-        (double)plan->floor, (double)plan->white.hidden, plan->white.rounding_variance, (double)plan->level,
-        (double)plan->white.step);
-    (void)printf(
-        "    .white.passed = %u,\n    .white.white_bits = %u,\n    .white.rounding = %aF,\n    .white.coarse = %" PRIu32
-        "U,\n",
-        (unsigned)plan->white.passed, (unsigned)plan->white.white_bits, (double)plan->white.rounding, plan->white.coarse);
-    (void)printf("    .misfit_spread = %aF,\n    .white.misfit_limit = UINT64_C(%" PRIu64 "),\n};\n",
+    (void)printf("    .white.declared = %s,\n    .white.sample = %aF,\n    .spread = %aF,\n    "
+                 ".floor = %aF,\n"
+                 "    .white.hidden = %aF,\n    .white.rounding_variance = %a,\n    .level = "
+                 "%aF,\n    .white.step = %aF,\n",
+                 plan->white.declared ? "true" : "false", (double)plan->white.sample,
+                 (double)plan->spread, (double)plan->floor, (double)plan->white.hidden,
+                 plan->white.rounding_variance, (double)plan->level, (double)plan->white.step);
+    (void)printf("    .white.passed = %u,\n    .white.white_bits = %u,\n    .white.rounding = "
+                 "%aF,\n    .white.coarse = %" PRIu32 "U,\n",
+                 (unsigned)plan->white.passed, (unsigned)plan->white.white_bits,
+                 (double)plan->white.rounding, plan->white.coarse);
+    (void)printf("    .misfit_spread = %aF,\n    .white.misfit_limit = UINT64_C(%" PRIu64
+                 "),\n};\n",
                  (double)plan->misfit_spread, plan->white.misfit_limit);
 }
 
@@ -202,9 +204,10 @@ static void write_plan(const davar_plan_t *plan, const char *name)
     (void)printf("_Static_assert((DAVAR_VERSION == %d) && (DAVAR_TAUS_MAX >= %d), \"run "
                  "tools/davar-plan again\");\n\n",
                  DAVAR_VERSION, sizes);
-    (void)printf("extern davar_plan_t %s;\n\ndavar_plan_t %s = {\n    .white.count = %d,\n    .sizes = "
-                 "%d,\n",
-                 name, name, count, sizes);
+    (void)printf(
+        "extern davar_plan_t %s;\n\ndavar_plan_t %s = {\n    .white.count = %d,\n    .sizes = "
+        "%d,\n",
+        name, name, count, sizes);
     write_floats("m", plan->m, sizes);
     write_floats("gain", plan->gain, sizes);
     write_floats("flicker", plan->flicker, sizes);
@@ -287,7 +290,7 @@ typedef struct {
     bool is_floor;
     uint32_t window; /* of davar_small_t, in samples; 0: not given */
     uint32_t stride;
-    double lsb;   /* deg/s; 0: not given */
+    double lsb;    /* deg/s; 0: not given */
     uint32_t rail; /* 0: not given */
 } request_t;
 
@@ -382,8 +385,7 @@ static void solve_for_window(davar_plan_t *plan, const request_t *request, uint3
     result.unit_per_count = 1.0;
     for (uint8_t t = 0U; t < result.tau_count; t++) {
         const uint32_t m = request->taus[t];
-        result.tau[t] =
-            (davar_adev_t){.m = m, .differences = window + 1U - (2U * m), .adev = 1.0};
+        result.tau[t] = (davar_adev_t){.m = m, .differences = window + 1U - (2U * m), .adev = 1.0};
     }
     (void)davar_fit_white(plan, rate_hz, &result);
 }
@@ -413,7 +415,7 @@ static int write_small(davar_plan_t *plan, const request_t *request)
                  request->name, request->name);
     write_sizes(&plan->white);
     write_window(&plan->white);
-    (void)printf("    .unit_per_count = %a,\n    .window = %" PRIu32 ",\n    .stride = %" PRIu32
+    (void)printf("    .unit_per_count = %a,\n    .fit.window = %" PRIu32 ",\n    .stride = %" PRIu32
                  ",\n};\n",
                  request->lsb, window, stride);
     return 0;
@@ -490,7 +492,8 @@ static int plan_floor(const request_t *request)
     }
     const davar_floor_config_t config = {.rate_hz = request->rate_hz,
                                          .unit_per_count = request->lsb,
-                                         .rail = (request->rail > 0U) ? (int32_t)request->rail : 32767,
+                                         .rail =
+                                             (request->rail > 0U) ? (int32_t)request->rail : 32767,
                                          .filter = &filter};
     const davar_floor_status_t made = davar_floor_plan(&plan, &config);
     if (made != DAVAR_FLOOR_OK) {

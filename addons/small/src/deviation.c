@@ -8,7 +8,8 @@
 #define HIDDEN (UINT64_C(1) << 52U)
 #define EXPONENT_OF_1 1023U
 #define PRODUCT_OF_1 ((2U * EXPONENT_OF_1) + 52U + GUARD)
-#define GUARD 9U /* bits of a product below those that it keeps; the last one: not 0 further below */
+#define GUARD                                                                                      \
+    9U /* bits of a product below those that it keeps; the last one: not 0 further below */
 
 /* a / b for b <= a < 2 b, rounded to 53 digits; it is never half way between two. */
 DAVAR_APART static uint64_t quotient_of(uint64_t a, uint64_t b)

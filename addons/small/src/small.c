@@ -19,7 +19,7 @@ static int32_t sample_of_age(const davar_small_t *small, uint32_t age)
         return 0;
     }
     const uint32_t at = small->newest;
-    return small->ring[at - age + ((at < age) ? (small->plan->window + 1U) : 0U)];
+    return small->ring[at - age + ((at < age) ? (small->plan->fit.window + 1U) : 0U)];
 }
 
 /* The leading edge has moved to the newest sample, and the trailing edge too if the window was
@@ -27,7 +27,7 @@ static int32_t sample_of_age(const davar_small_t *small, uint32_t age)
  * span is the middle one of the next span. */
 static void move(davar_small_t *small)
 {
-    const uint32_t window = small->plan->window;
+    const uint32_t window = small->plan->fit.window;
     const uint32_t length = small->length;
     const int32_t newest = sample_of_age(small, 0U);
     const int32_t oldest = sample_of_age(small, window);
@@ -63,7 +63,7 @@ static void move(davar_small_t *small)
 /* Has the first sum changed since a window half a window ago or more (4.5)? */
 static bool has_changed(davar_small_t *small)
 {
-    const uint32_t window = small->plan->window;
+    const uint32_t window = small->plan->fit.window;
     const uint32_t level =
         (small->length == window) ? scaled_level(scaled_of_u64(small->tau[0].sum, 0)) : 0U;
     if (small->past <= small->plan->stride) {
@@ -83,7 +83,7 @@ static void complete(davar_small_t *small)
     small->kept_equal = small->equal;
     small->equal = (small->equal < EQUAL_MOST) ? small->equal : EQUAL_MOST;
     small->unstable = has_changed(small);
-    if (small->length < small->plan->window) {
+    if (small->length < small->plan->fit.window) {
         return;
     }
     for (int t = 0; t < (int)small->plan->fit.count; t++) {
@@ -107,10 +107,10 @@ static void push_one(davar_small_t *small, int16_t sample)
     const uint32_t last = small->newest;
     const bool equal = (small->length > 0U) && (sample == small->ring[last]);
     small->equal = equal ? (small->equal + 1U) : 1U;
-    small->newest = (last >= small->plan->window) ? 0U : (last + 1U);
+    small->newest = (last >= small->plan->fit.window) ? 0U : (last + 1U);
     small->ring[small->newest] = sample;
     move(small);
-    if (small->length < small->plan->window) {
+    if (small->length < small->plan->fit.window) {
         small->length++;
     }
     small->waited++;
@@ -197,7 +197,7 @@ static double deviation(const davar_small_plan_t *plan, uint64_t sum, const dava
 /* Everything but what the fit writes. */
 static void evaluate(const davar_small_plan_t *plan, const uint64_t sum[], davar_result_t *result)
 {
-    result->window_samples = plan->window;
+    result->window_samples = plan->fit.window;
     result->mirrored_samples = 0U;
     result->gaps_in_window = 0U;
     result->chosen = false;
@@ -209,7 +209,7 @@ static void evaluate(const davar_small_plan_t *plan, const uint64_t sum[], davar
     for (uint32_t t = 0U; t < plan->fit.count; t++) {
         davar_adev_t *const tau = &result->tau[t];
         tau->m = UINT32_C(1) << t;
-        tau->differences = plan->window + 1U - (2U * tau->m);
+        tau->differences = plan->fit.window + 1U - (2U * tau->m);
         tau->hops = 0U;
         tau->adev = deviation(plan, sum[t], tau);
     }

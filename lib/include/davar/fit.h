@@ -29,15 +29,16 @@ typedef struct {
     uint8_t passed;     /* the first size that the filter passes, or the last one */
     uint8_t white_bits; /* the functional of white noise is in units of 2^white_bits */
     bool declared;      /* the filter is known, or known to be absent */
+    uint32_t window;    /* length without gaps and mirror images that it fits (5.5), or 0 */
     /* Of the filter, for white noise of variance 1 before it (5.16). */
-    float sample;             /* variance of a sample */
-    float hidden;             /* root of white noise, in counts, that rounding hides (5.15) */
-    float step;               /* N^2 over rounding times this: whether rounding is white; 0: it is */
-    double rounding_variance; /* of a sample, in squared counts */
-    float rounding; /* white noise that rounding of variance 1 looks like (5.15) */
+    float sample;    /* variance of a sample */
+    float hidden;    /* root of white noise, in counts, that rounding hides (5.15) */
+    float step;      /* N^2 over rounding times this: whether rounding is white; 0: it is */
     uint32_t coarse; /* rounding of a sample over white noise from which it hides it, as 2.30 */
+    double rounding_variance; /* of a sample, in squared counts */
     uint64_t misfit_limit;
-    double unit; /* of the root of white noise, to deg/sqrt(h), at the rate */
+    double unit;    /* of the root of white noise, to deg/sqrt(h), at the rate */
+    float rounding; /* white noise that rounding of variance 1 looks like (5.15) */
     /* Of the usable sizes (5.4), and of the window (5.5). */
     uint32_t white_tails; /* what tails add to 1 / edf of white noise */
     uint32_t white_low;
@@ -85,7 +86,6 @@ typedef struct davar_plan {
     double root[DAVAR_COEFFICIENT_COUNT]; /* of amplitudes, to coefficients in their units */
     float low[DAVAR_TAUS_MAX];
     float room[DAVAR_COEFFICIENT_COUNT];
-    uint32_t window;  /* length without gaps and mirror images that `white` fits (5.5), or 0 */
     float half_kappa; /* kappa / 2 that it fits too (5.19) */
     double rate_hz;   /* that it fits, or 0 */
 } davar_plan_t;
@@ -152,7 +152,7 @@ bool davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result)
 bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *result);
 
 /** Fits white noise to a window without gaps, of the length and the rate for which tools/davar-plan
- * wrote the constant plan (asserted: every cluster size has a difference).
+ * wrote the constant plan (asserted).
  * noise and the angle random walk have the bits of davar_fit_white; the rest is absent. The linker
  * adds nothing that only other windows, the intervals of the sizes and the other terms need.
  * @return True if white noise explains the window. Cost: O(T). */

@@ -84,8 +84,8 @@ static void write_white_part(const davar_plan_t *plan, const davar_mixture_t *mo
                              davar_result_t *result)
 {
     davar_coefficient_t *const walk = &result->coefficient[WHITE];
-    const double hidden =
-        (double)plan->white.hidden * (double)plan->white.hidden / plan->white.rounding_variance * model->rounding;
+    const double hidden = (double)plan->white.hidden * (double)plan->white.hidden /
+                          plan->white.rounding_variance * model->rounding;
     double slow = 0.0; /* variance of a sample by the other terms: the model at m = 1 */
     for (int k = 0; k < TERMS; k++) {
         slow += (k != WHITE) ? model->a[k] : 0.0;

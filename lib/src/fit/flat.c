@@ -93,7 +93,8 @@ static bool read_curve(const davar_plan_t *plan, const davar_result_t *result, c
     if (curve->unit.mantissa == 0U) {
         return false;
     }
-    curve->rounding = ratio_to_float(scaled_quotient(davar_rounding(&plan->white, result), curve->unit));
+    curve->rounding =
+        ratio_to_float(scaled_quotient(davar_rounding(&plan->white, result), curve->unit));
     curve->level = plan->level;
     for (int t = 0; t < curve->count; t++) {
         const float y = ratio_to_float(scaled_quotient(y_of_size(plan, result, t), curve->unit));

@@ -211,7 +211,8 @@ bool davar_mixture_is_filtered(const davar_mixture_t *model)
     if (!quantized && (lack > DAVAR_FIT_THRESHOLD * sigma)) {
         return true;
     }
-    if (plan->white.declared) { /* a filter passes no quantization, and nothing that no term gives */
+    if (plan->white
+            .declared) { /* a filter passes no quantization, and nothing that no term gives */
         return (plan->gain[0] < PASSES_ALL) && (quantized || !fits);
     }
     return !cascade && (!fits || !davar_mixture_shows_white(model));

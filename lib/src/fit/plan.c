@@ -267,7 +267,8 @@ static void plan_taus(davar_plan_t *plan, const double constant[])
 /* Rounding over white noise from which it hides it (5.15). */
 static uint32_t coarse_from(const davar_plan_t *plan)
 {
-    const double hides = (double)plan->white.sample / (3.0 * NEARLY * NEARLY); /* 0.38 without a filter */
+    const double hides =
+        (double)plan->white.sample / (3.0 * NEARLY * NEARLY); /* 0.38 without a filter */
     return (uint32_t)(((hides < 2.0) ? hides : 2.0) * (double)(UINT32_C(1) << NOISE_BITS));
 }
 
@@ -324,7 +325,7 @@ DAVAR_RARE void davar_plan_solve(davar_plan_t *plan, uint8_t count)
     double constant[DAVAR_TAUS_MAX];
     double functional[DAVAR_TAUS_MAX];
     plan->white.count = count;
-    plan->window = 0U;
+    plan->white.window = 0U;
     plan->rate_hz = 0.0;
     factorise(plan, l);
     for (int t = 0; t < count; t++) {
@@ -348,7 +349,8 @@ DAVAR_RARE void davar_plan_solve(davar_plan_t *plan, uint8_t count)
     }
     plan_taus(plan, constant);
     plan->white.passed = 0U;
-    while ((plan->white.passed + 1U < count) && (plan->gain[plan->white.passed] < DAVAR_FIT_PASSED)) {
+    while ((plan->white.passed + 1U < count) &&
+           (plan->gain[plan->white.passed] < DAVAR_FIT_PASSED)) {
         plan->white.passed++;
     }
     plan_white(plan, constant, share * share);

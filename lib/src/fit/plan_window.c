@@ -332,11 +332,11 @@ void davar_fit_prepare_window(davar_plan_t *plan, const davar_result_t *result)
 {
     const bool whole = is_whole(result, plan->white.count);
     const float half_kappa = DAVAR_LAWS ? half_kappa_of(plan, result) : 0.0F;
-    if ((plan->window != result->window_samples) || !whole ||
+    if ((plan->white.window != result->window_samples) || !whole ||
         (davar_bits_of_float(plan->half_kappa) != davar_bits_of_float(half_kappa))) {
         plan->half_kappa = half_kappa;
         plan_window(plan, result);
-        plan->window = whole ? result->window_samples : 0U;
+        plan->white.window = whole ? result->window_samples : 0U;
     }
 }
 

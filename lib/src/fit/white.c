@@ -80,7 +80,8 @@ static uint32_t rounded_at(const davar_white_plan_t *plan, uint32_t rounding, in
 
 /* Reads the deviations, aligns y, whose mantissas had 29 to 32 bits, and takes the rounding off
  * (5.15). False: all are 0. */
-static bool read_data(const davar_white_plan_t *plan, const davar_result_t *result, davar_white_t *white)
+static bool read_data(const davar_white_plan_t *plan, const davar_result_t *result,
+                      davar_white_t *white)
 {
     uint32_t any = 0U;
     for (int t = 0; t < white->usable; t++) {
@@ -406,8 +407,8 @@ static void write_intervals(const davar_plan_t *plan, const davar_white_t *white
         tau->edf = plan->edf[t];
         tau->low =
             davar_scaled_to_double(scaled_times(white->adev[t], scaled_of_float(plan->low[t])));
-        tau->high =
-            davar_scaled_to_double(scaled_times(white->adev[t], scaled_of_float(plan->white.high[t])));
+        tau->high = davar_scaled_to_double(
+            scaled_times(white->adev[t], scaled_of_float(plan->white.high[t])));
     }
 }
 
@@ -432,14 +433,11 @@ static void white_absent(const davar_plan_t *plan, const davar_white_t *white, s
     }
 }
 
-/* Upper limit of N over N. A filter that is not declared may have lowered N^2 by the lack that the
+/* Upper limit of N over N. The filter, which is not declared, may have lowered N^2 by the lack that the
  * window shows and by as much as passes the test (5.17). */
 static scaled_t highest(const davar_white_plan_t *plan, const davar_white_t *white)
 {
     const scaled_t high = scaled_of_float(plan->white_high);
-    if (is_declared(plan)) {
-        return high;
-    }
     const uint32_t passes =
         times_sigma(DAVAR_FIT_THRESHOLD_QUARTERS, plan->sigma[DAVAR_QUANTIZATION]);
     const scaled_t half = scaled_of_u32(white->lack + passes, -1 - (int32_t)DAVAR_FIT_SHARE_BITS);
@@ -453,7 +451,8 @@ static void white_present(const davar_white_plan_t *plan, const davar_white_t *w
 {
     const scaled_t root = davar_scaled_root(white->sum);
     const uint32_t least = least_square(plan, white);
-    const scaled_t high = highest(plan, white);
+    const scaled_t high =
+        is_declared(plan) ? scaled_of_float(plan->white_high) : highest(plan, white);
     const uint32_t share = of_sum(white, rounding_part(plan, white), NOISE_BITS);
     const uint32_t lowest = (least > share) ? (least - share) : 0U;
     const bool is_low =
@@ -466,8 +465,7 @@ static void white_present(const davar_white_plan_t *plan, const davar_white_t *w
     const uint32_t square =
         davar_scaled_to_fixed(scaled_times(high, high), (int32_t)DAVAR_FIT_SHARE_BITS) - less +
         rounded_share(plan, white, WHITE, (int32_t)DAVAR_FIT_SHARE_BITS);
-    const double low =
-        in_unit(plan, scaled_times(root, root_of_share(left, (uint32_t)NOISE_BITS)));
+    const double low = in_unit(plan, scaled_times(root, root_of_share(left, (uint32_t)NOISE_BITS)));
     coefficient->present = true;
     coefficient->value = in_unit(plan, davar_scaled_root(white->square));
     coefficient->low = is_low ? low : 0.0;
@@ -476,8 +474,7 @@ static void white_present(const davar_white_plan_t *plan, const davar_white_t *w
 }
 
 /* What white noise gives besides the angle random walk. */
-static void write_rest(const davar_plan_t *plan, const davar_white_t *white,
-                       davar_result_t *result)
+static void write_rest(const davar_plan_t *plan, const davar_white_t *white, davar_result_t *result)
 {
     const scaled_t root = davar_scaled_root(white->sum);
     write_intervals(plan, white, result);
@@ -531,10 +528,10 @@ static scaled_t whole_at(const davar_adev_t *tau)
 /* The first size that its longer neighbour does not exceed has what the filter passes, or the last
  * one. What it still lacks is about what it gained over the size before, of which it takes three
  * times as much (5.17). */
-DAVAR_RARE static void limit_filtered(const davar_white_plan_t *plan, davar_result_t *result)
+DAVAR_RARE static void limit_filtered(const davar_white_plan_t *plan, int usable,
+                                      davar_result_t *result)
 {
     scaled_t y[DAVAR_TAUS_MAX];
-    const int usable = usable_of(plan, result);
     int top = 0;
     for (int t = 0; t < usable; t++) {
         y[t] = whole_at(&result->tau[t]);
@@ -555,7 +552,7 @@ DAVAR_RARE static void limit_filtered(const davar_white_plan_t *plan, davar_resu
 DAVAR_RARE void davar_write_filtered(const davar_plan_t *plan, davar_result_t *result)
 {
     davar_write_unlimited(plan, DAVAR_NOISE_FILTERED, result);
-    limit_filtered(&plan->white, result);
+    limit_filtered(&plan->white, usable_of(&plan->white, result), result);
 }
 
 static void write_nothing(davar_result_t *result)
@@ -582,8 +579,7 @@ static void limit_hidden(const davar_white_plan_t *plan, const davar_white_t *wh
 {
     const scaled_t doubt = scaled_times(white->doubt, scaled_of_float(plan->rounding_most[WHITE]));
     const scaled_t most = davar_scaled_root(davar_scaled_plus(white->sum, doubt));
-    limit_walk(plan, in_unit(plan, scaled_times(most, scaled_of_float(plan->white_high))),
-               result);
+    limit_walk(plan, in_unit(plan, scaled_times(most, scaled_of_float(plan->white_high))), result);
 }
 
 /* Is the window to withhold, because rounding hides it (COARSE), or because it shows another filter
@@ -605,7 +601,7 @@ static davar_noise_t withheld(const davar_white_plan_t *plan, davar_white_t *whi
     if (noise == DAVAR_NOISE_COARSE) {
         limit_hidden(plan, white, result);
     } else if (noise == DAVAR_NOISE_FILTERED) {
-        limit_filtered(plan, result);
+        limit_filtered(plan, white->usable, result);
     }
     return noise;
 }
@@ -746,7 +742,8 @@ bool davar_fit_walk(const davar_white_plan_t *plan, davar_result_t *result)
 {
     davar_white_t white;
     davar_noise_t noise = DAVAR_NOISE_CONSTANT;
-    DAVAR_ASSERT(davar_fit_usable(result) == plan->count);
+    DAVAR_ASSERT((davar_fit_usable(result) == plan->count) &&
+                 (result->window_samples == plan->window));
     write_nothing(result);
     white.usable = (int)plan->count;
     if (shows_noise(plan, result, &white)) {

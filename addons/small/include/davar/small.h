@@ -20,10 +20,9 @@ extern "C" {
 
 /** What is constant, as tools/davar-plan writes it. */
 typedef struct {
-    double unit_per_count; /**< size of a count, deg/s */
-    uint32_t window;       /**< length in samples: a multiple of the stride, at least twice */
-    uint32_t stride;       /**< samples between two results, at least 2 */
-    davar_white_plan_t fit;
+    double unit_per_count;  /**< size of a count, deg/s */
+    uint32_t stride;        /**< samples between two results, at least 2 */
+    davar_white_plan_t fit; /**< of windows that are a multiple of the stride, at least twice */
 } davar_small_plan_t;
 
 /** A cluster size of a stream. Fields are private. */
@@ -41,7 +40,7 @@ typedef struct {
     /** @privatesection */
     const davar_small_plan_t *plan;
     int16_t *ring; /* the last window + 1 samples */
-    uint64_t now; /* samples so far */
+    uint64_t now;  /* samples so far */
     /* The newest result. */
     uint64_t epoch;
     uint32_t kept_equal;
