@@ -17,7 +17,7 @@ BEYOND_16_KB = set(
         telemetry tracking""",
     )
 )
-SMALL = set(re.findall(r"\w+", "number song runs edf"))
+SMALL = set(re.findall(r"\w+", "number song runs edf small"))
 PASSED = result_cache.ResultCache(targets.ROOT / "build/cache/emulated")
 
 
