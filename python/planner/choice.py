@@ -323,6 +323,8 @@ def _relaxed_wishes(wishes: Wishes) -> Iterator[Relaxed]:
             break
     if wishes.motion in ("slow", "flight") and find(replace(wishes, motion="none")):
         yield Relaxed("--motion", "none")
+    if wishes.lost_percent > 0 and find(replace(wishes, lost_percent=0.0)):
+        yield Relaxed("--lost", "0")
     for axes in range(wishes.axes - 1, 0, -1):
         if find(replace(wishes, axes=axes)):
             yield Relaxed("--axes", str(axes))

@@ -4,15 +4,15 @@
 #include "number/real.h"
 
 #define DIGITS 53
-#define FRACTION ((UINT64_C(1) << 52U) - 1U)
-#define HIDDEN (UINT64_C(1) << 52U)
+#define DIGITS_BELOW_1 ((UINT64_C(1) << 52U) - 1U)
+#define DIGIT_OF_1 (UINT64_C(1) << 52U)
 #define EXPONENT_OF_1 1023U
 #define PRODUCT_OF_1 ((2U * EXPONENT_OF_1) + 52U + GUARD)
 #define GUARD                                                                                      \
     9U /* bits of a product below those that it keeps; the last one: not 0 further below */
 
 /* a / b for b <= a < 2 b, rounded to 53 digits; it is never half way between two. */
-DAVAR_APART static uint64_t quotient_of(uint64_t a, uint64_t b)
+DAVAR_APART static uint64_t digits_of_quotient(uint64_t a, uint64_t b)
 {
     uint64_t quotient = 0U;
     for (int i = 0; i <= DIGITS; i++) {
@@ -27,7 +27,7 @@ DAVAR_APART static uint64_t quotient_of(uint64_t a, uint64_t b)
 }
 
 /* The root of `square`, 53 or 54 digits, rounded to 53; it is never half way between two. */
-DAVAR_APART static uint64_t root_of(uint64_t square)
+DAVAR_APART static uint64_t digits_of_root(uint64_t square)
 {
     uint64_t root = 0U;
     uint64_t rest = 0U;
@@ -46,7 +46,7 @@ DAVAR_APART static uint64_t root_of(uint64_t square)
 }
 
 /* a b 2^(GUARD - 52), with its last bit set if digits below it are. */
-DAVAR_APART static uint64_t product_of(uint64_t a, uint64_t b)
+DAVAR_APART static uint64_t digits_of_product(uint64_t a, uint64_t b)
 {
     uint64_t product = 0U;
     for (int i = 0; i < DIGITS; i++) {
@@ -57,9 +57,9 @@ DAVAR_APART static uint64_t product_of(uint64_t a, uint64_t b)
     return product;
 }
 
-static uint64_t mantissa_of(uint64_t bits)
+static uint64_t digits_of(uint64_t bits)
 {
-    return (bits & FRACTION) | HIDDEN;
+    return (bits & DIGITS_BELOW_1) | DIGIT_OF_1;
 }
 
 double davar_deviation_by_digits(uint64_t sum, uint64_t divisor, double unit)
@@ -67,8 +67,8 @@ double davar_deviation_by_digits(uint64_t sum, uint64_t divisor, double unit)
     const uint64_t bits = davar_bits_of_double(davar_double_of_u64(sum));
     const uint64_t by = davar_bits_of_double(davar_double_of_u64(divisor));
     const uint64_t scale = davar_bits_of_double(unit);
-    const uint64_t b = mantissa_of(by);
-    uint64_t a = mantissa_of(bits);
+    const uint64_t b = digits_of(by);
+    uint64_t a = digits_of(bits);
     uint32_t exponent = EXPONENT_OF_1 + (uint32_t)(bits >> 52U) - (uint32_t)(by >> 52U);
     if (sum == 0U) {
         return 0.0;
@@ -77,8 +77,8 @@ double davar_deviation_by_digits(uint64_t sum, uint64_t divisor, double unit)
         a <<= 1U;
         exponent--;
     }
-    const uint64_t square = quotient_of(a, b) << (1U - (exponent & 1U));
-    const uint64_t product = product_of(root_of(square), mantissa_of(scale));
+    const uint64_t square = digits_of_quotient(a, b) << (1U - (exponent & 1U));
+    const uint64_t product = digits_of_product(digits_of_root(square), digits_of(scale));
     exponent = ((exponent + EXPONENT_OF_1) / 2U) + (uint32_t)(scale >> 52U) - PRODUCT_OF_1;
     return davar_double_of_bits(davar_bits_of_double(davar_double_of_u64(product)) +
                                 ((uint64_t)exponent << 52U));

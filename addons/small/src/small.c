@@ -25,7 +25,7 @@ static int32_t sample_of_age(const davar_small_t *small, uint32_t age)
 /* The leading edge has moved to the newest sample, and the trailing edge too if the window was
  * full. `length` does not count the newest sample yet. Octaves share samples: the oldest one of a
  * span is the middle one of the next span. */
-static void move(davar_small_t *small)
+static void move_window(davar_small_t *small)
 {
     const uint32_t window = small->plan->fit.window;
     const uint32_t length = small->length;
@@ -61,7 +61,7 @@ static void move(davar_small_t *small)
 }
 
 /* Has the first sum changed since a window half a window ago or more (4.5)? */
-static bool has_changed(davar_small_t *small)
+static bool noise_changed(davar_small_t *small)
 {
     const uint32_t window = small->plan->fit.window;
     const uint32_t level =
@@ -77,12 +77,12 @@ static bool has_changed(davar_small_t *small)
 }
 
 /* A result is due. */
-static void complete(davar_small_t *small)
+static void complete_epoch(davar_small_t *small)
 {
     small->waited = 0U;
     small->kept_equal = small->equal;
     small->equal = (small->equal < EQUAL_MOST) ? small->equal : EQUAL_MOST;
-    small->unstable = has_changed(small);
+    small->unstable = noise_changed(small);
     if (small->length < small->plan->fit.window) {
         return;
     }
@@ -109,13 +109,13 @@ static void push_one(davar_small_t *small, int16_t sample)
     small->equal = equal ? (small->equal + 1U) : 1U;
     small->newest = (last >= small->plan->fit.window) ? 0U : (last + 1U);
     small->ring[small->newest] = sample;
-    move(small);
+    move_window(small);
     if (small->length < small->plan->fit.window) {
         small->length++;
     }
     small->waited++;
     if (small->waited == small->plan->stride) {
-        complete(small);
+        complete_epoch(small);
     }
 }
 
@@ -132,7 +132,7 @@ void davar_small_push(davar_small_t *small, const int16_t *counts, size_t count)
 
 /* Forgets the window. Samples before the next epoch are omitted, so that epochs stay where they
  * were due. */
-static void begin(davar_small_t *small)
+static void restart(davar_small_t *small)
 {
     small->skip = (small->waited == 0U) ? 0U : (small->plan->stride - small->waited);
     small->waited = 0U;
@@ -150,7 +150,7 @@ void davar_small_gap(davar_small_t *small, uint32_t missing)
     davar_count(&small->gaps);
     if (small->length > 0U) {
         davar_count(&small->restarts);
-        begin(small);
+        restart(small);
     }
     davar_sequence_end(&small->sequence);
 }
@@ -171,20 +171,21 @@ void davar_small_start(davar_small_t *small, const davar_small_plan_t *plan, int
 
 /* --- a result out ----------------------------------------------------------------------------- */
 
-static uint32_t missed(const davar_small_t *small, uint32_t produced, bool waits)
+static uint32_t results_missed(const davar_small_t *small, uint32_t produced, bool waits)
 {
     uint32_t missed = small->missed;
     davar_count_many(&missed, (produced - small->seen) - (waits ? 1U : 0U));
     return missed;
 }
 
-static bool waits(const davar_small_t *small)
+static bool is_waiting(const davar_small_t *small)
 {
     return small->ready && (small->produced != small->seen);
 }
 
 /* (1.1) */
-static double deviation(const davar_small_plan_t *plan, uint64_t sum, const davar_adev_t *tau)
+static double deviation_in_dps(const davar_small_plan_t *plan, uint64_t sum,
+                               const davar_adev_t *tau)
 {
     const uint64_t divisor = davar_multiply_u32(2U * tau->m * tau->m, tau->differences);
 #ifdef DAVAR_SOFT_DOUBLE
@@ -195,7 +196,7 @@ static double deviation(const davar_small_plan_t *plan, uint64_t sum, const dava
 }
 
 /* Everything but what the fit writes. */
-static void evaluate(const davar_small_plan_t *plan, const uint64_t sum[], davar_result_t *result)
+static void describe(const davar_small_plan_t *plan, const uint64_t sum[], davar_result_t *result)
 {
     result->window_samples = plan->fit.window;
     result->mirrored_samples = 0U;
@@ -211,7 +212,18 @@ static void evaluate(const davar_small_plan_t *plan, const uint64_t sum[], davar
         tau->m = UINT32_C(1) << t;
         tau->differences = plan->fit.window + 1U - (2U * tau->m);
         tau->hops = 0U;
-        tau->adev = deviation(plan, sum[t], tau);
+        tau->adev = deviation_in_dps(plan, sum[t], tau);
+    }
+}
+
+/* Copies what a push changes. */
+static void copy_result(const davar_small_t *small, uint64_t sum[], davar_result_t *result)
+{
+    result->epoch = small->epoch;
+    result->equal_samples = small->kept_equal;
+    result->unstable = small->unstable;
+    for (int t = 0; t < (int)small->plan->fit.count; t++) {
+        sum[t] = small->tau[t].kept;
     }
 }
 
@@ -224,18 +236,15 @@ bool davar_small_take(davar_small_t *small, davar_result_t *result)
     do {
         before = davar_sequence_read(&small->sequence);
         produced = small->produced;
-        found = waits(small);
-        result->epoch = small->epoch;
-        result->equal_samples = small->kept_equal;
-        result->unstable = small->unstable;
-        for (int t = 0; t < (int)small->plan->fit.count; t++) {
-            sum[t] = small->tau[t].kept;
+        found = is_waiting(small);
+        if (found) {
+            copy_result(small, sum, result);
         }
     } while (davar_sequence_torn(&small->sequence, before));
-    small->missed = missed(small, produced, found);
+    small->missed = results_missed(small, produced, found);
     small->seen = produced;
     if (found) {
-        evaluate(small->plan, sum, result);
+        describe(small->plan, sum, result);
         (void)davar_fit_walk(&small->plan->fit, result);
     }
     return found;
@@ -251,7 +260,7 @@ davar_health_t davar_small_health(const davar_small_t *small)
         health.missing = small->missing;
         health.saturated = small->saturated;
         health.restarts = small->restarts;
-        health.missed = missed(small, small->produced, waits(small));
+        health.missed = results_missed(small, small->produced, is_waiting(small));
     } while (davar_sequence_torn(&small->sequence, before));
     return health;
 }

@@ -638,8 +638,8 @@ static bool shows_noise(const davar_white_plan_t *plan, const davar_result_t *re
 
 /* What a window that shows noise is, from a y for every size of the plan. Writes the angle random
  * walk, except if it is MIXED. */
-static davar_noise_t judge(const davar_white_plan_t *plan, davar_white_t *white,
-                           davar_result_t *result)
+static davar_noise_t verdict_of(const davar_white_plan_t *plan, davar_white_t *white,
+                                davar_result_t *result)
 {
     fit_amplitude(plan, white);
     fit_shares(plan, white);
@@ -665,7 +665,7 @@ static bool suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result,
     white->usable = usable_of(constant, result);
     if (shows_noise(constant, result, white)) {
         stand_in(constant, white);
-        noise = judge(constant, white, result);
+        noise = verdict_of(constant, white, result);
     }
     if (noise == DAVAR_NOISE_WHITE) {
         write_rest(plan, white, result);
@@ -747,7 +747,7 @@ bool davar_fit_walk(const davar_white_plan_t *plan, davar_result_t *result)
     write_nothing(result);
     white.usable = (int)plan->count;
     if (shows_noise(plan, result, &white)) {
-        noise = judge(plan, &white, result);
+        noise = verdict_of(plan, &white, result);
     }
     if (noise == DAVAR_NOISE_MIXED) {
         limit_mixed(plan, &white, result);
