@@ -8,7 +8,7 @@ from conan import ConanFile
 from conan.tools.cmake import CMake, CMakeToolchain, cmake_layout
 from conan.tools.files import copy
 
-CHOICES = ("q15", "q31", "laws", "filters")  # davar/options.h
+CHOICES = ("q15", "q31", "laws")  # davar/options.h
 # addons/CMakeLists.txt: each part, and the others that it uses.
 PARTS = {
     **dict.fromkeys(("average", "cascade", "floor", "kalman", "monitor"), ()),

@@ -63,7 +63,7 @@ def ram_bytes(design: Design, sizes: dict[str, Any], other: int) -> int:
     if design.engine == "small":
         state = sizes["small"][0] + sizes["small"][1] * design.taus_max
         result = round8(base + of_tau * design.taus_max)
-        return round8(2 * (design.window + 1)) + state + result + other
+        return int(round8(2 * (design.window + 1)) + state + result + other)
     instance = programs.memory(pointer, *design.memory) + design.gap_bytes
     total: int = axes * (round8(instance) + sizes["instance"])
     total += round8(base + of_tau * design.taus_max) + plan_bytes(design, sizes) + other

@@ -89,9 +89,7 @@ def fit_plan(wishes: Wishes, taus: Sequence[int], long_taus: Sequence[int] = ())
     return _fit_plan(words)
 
 
-def small_plan(
-    wishes: Wishes, taus: Sequence[int], window: int, stride: int
-) -> FitPlan:
+def small_plan(wishes: Wishes, taus: Sequence[int], window: int, stride: int) -> FitPlan:
     """The same for davar/small.h: a constant, for a window of so many samples."""
     return _fit_plan(
         [

@@ -149,7 +149,9 @@ def header(design: Design, title: str, about: Sequence[str], alone: bool) -> str
         about="\n".join(f" * {line}".rstrip() for line in about),
         davar='#include "davar.h"'
         if alone
-        else "\n".join(f'#include "davar/{name}.h"' for name in ("davar", "fit", *glr, *small, *types)),
+        else "\n".join(
+            f'#include "davar/{name}.h"' for name in ("davar", "fit", *glr, *small, *types)
+        ),
         conditions=" || \\\n    ".join(lines),
         wrong="this is another davar.h, or -DDAVAR_ options contradict it"
         if alone

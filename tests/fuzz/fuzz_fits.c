@@ -7,6 +7,7 @@
 #include "fuzzing.h"
 
 #include <math.h>
+#include <string.h>
 
 #define LONGEST (UINT32_C(1) << 31U) /* cluster size; window and mirrored samples together */
 
@@ -210,6 +211,22 @@ static void fit_flat(double rate_hz)
     check_result(result.noise == DAVAR_NOISE_WHITE);
 }
 
+/* Where the plan fits a whole window, its constant part gives the same. */
+static void fit_walk(const davar_result_t *given)
+{
+    const davar_result_t usual = result;
+    const davar_coefficient_t *const one = &usual.coefficient[DAVAR_ANGLE_RANDOM_WALK];
+    const davar_coefficient_t *const other = &result.coefficient[DAVAR_ANGLE_RANDOM_WALK];
+    if ((usual.noise != DAVAR_NOISE_UNKNOWN) && (plan.white.window > 0U)) {
+        result = *given;
+        REQUIRE(davar_fit_walk(&plan.white, &result) == one->present);
+        REQUIRE(result.noise == usual.noise);
+        REQUIRE(memcmp(&one->value, &other->value, sizeof one->value) == 0);
+        REQUIRE(memcmp(&one->low, &other->low, sizeof one->low) == 0);
+        REQUIRE(memcmp(&one->high, &other->high, sizeof one->high) == 0);
+    }
+}
+
 /* Both fits agree where white noise explains the window. */
 static void fit(double rate_hz)
 {
@@ -227,6 +244,7 @@ static void fit(double rate_hz)
     REQUIRE(!is_white || ((arw.value <= value) && (arw.value >= value)));
     result = given;
     check_result(davar_fit_white_ready(&plan, rate_hz, &result));
+    fit_walk(&given);
 }
 
 static void check_degrees(bytes_t *bytes)

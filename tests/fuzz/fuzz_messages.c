@@ -5,10 +5,12 @@
 #include "davar/davar.h"
 #include "davar/kalman.h"
 #include "davar/slcan.h"
+#include "davar/small.h"
 #include "davar/telemetry.h"
 #include "davar/torn.h"
 #include "digest.h"
 #include "fuzzing.h"
+#include "random.h"
 
 #include <math.h>
 #include <string.h>
@@ -260,6 +262,68 @@ static void tear(bytes_t *bytes)
     }
 }
 
+/* --- the small pipeline --- */
+
+static void require_equal(const davar_result_t *one, const davar_result_t *other)
+{
+    const davar_coefficient_t *const walk = &one->coefficient[DAVAR_ANGLE_RANDOM_WALK];
+    const davar_coefficient_t *const same = &other->coefficient[DAVAR_ANGLE_RANDOM_WALK];
+    REQUIRE((one->epoch == other->epoch) && (one->noise == other->noise));
+    REQUIRE((one->unstable == other->unstable) && (one->equal_samples == other->equal_samples));
+    REQUIRE(memcmp(&walk->value, &same->value, sizeof walk->value) == 0);
+    REQUIRE(memcmp(&walk->high, &same->high, sizeof walk->high) == 0);
+}
+
+/* Samples of any size and gaps, of which an instance of the library makes the same results. */
+static void push_small(uint64_t seed)
+{
+    static const uint32_t octaves[] = {1U, 2U, 4U};
+    static const davar_config_t fixed = {.rate_hz = 100.0,
+                                         .unit_per_count = 0.01,
+                                         .stride = 12U,
+                                         .window = {.longest = 36U, .shortest = 36U},
+                                         .taus = octaves,
+                                         .tau_count = 3U};
+    static uint64_t memory[64];
+    static davar_plan_t plan;
+    static davar_t davar;
+    static davar_result_t usual;
+    static davar_result_t found;
+    static int16_t ring[37];
+    static davar_small_t small;
+    davar_small_plan_t constant = {.unit_per_count = 0.01, .stride = 12U};
+    random_t random = random_seeded(seed);
+    const unsigned shift = 48U + (unsigned)(random_next(&random) % 16U);
+    davar_plan_init_white(&plan, octaves, 3U);
+    usual = (davar_result_t){.window_samples = 36U, .unit_per_count = 0.01, .tau_count = 3U};
+    for (uint8_t t = 0U; t < 3U; t++) {
+        usual.tau[t].m = octaves[t];
+        usual.tau[t].differences = 37U - (2U * octaves[t]);
+        usual.tau[t].adev = 1.0;
+    }
+    (void)davar_fit_white(&plan, 100.0, &usual);
+    constant.fit = plan.white;
+    davar_small_start(&small, &constant, ring);
+    davar_small_restart(&small);
+    REQUIRE(davar_init_q15(&davar, &fixed, memory, sizeof memory) == DAVAR_OK);
+    for (uint32_t i = 0U; i < 400U; i++) {
+        const int16_t sample = (int16_t)((int64_t)random_next(&random) >> shift);
+        davar_push_q15(&davar, &sample, 1U);
+        davar_small_push(&small, &sample, 1U);
+        if ((random_next(&random) % 100U) == 0U) {
+            davar_gap(&davar, 1U);
+            davar_small_gap(&small, 1U);
+        }
+        const bool waits = davar_take(&davar, &usual);
+        REQUIRE(davar_small_take(&small, &found) == waits);
+        if (waits) {
+            (void)davar_fit_white(&plan, 100.0, &usual);
+            require_equal(&usual, &found);
+        }
+    }
+    REQUIRE(davar_small_health(&small).restarts == davar_health(&davar).restarts);
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     bytes_t bytes = {data, data + size};
@@ -280,6 +344,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         send_covariance(&bytes);
         tear(&bytes);
     }
+    push_small(digest);
     davar_encoder_finish(&encoder, &health);
     check_frames();
     return 0;

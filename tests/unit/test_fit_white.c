@@ -410,7 +410,7 @@ static void test_a_precomputed_plan_gives_the_same_result(void)
             davar_result_t again = result;
             (void)davar_fit_white(&plan, 1.0, &result);
             memcpy(&ready, &plan, sizeof ready);
-            ready.window = 0U;
+            ready.white.window = 0U;
             TEST_ASSERT_EQUAL_INT(result.noise == DAVAR_NOISE_WHITE,
                                   davar_fit_white_ready(&ready, 1.0, &again));
             TEST_ASSERT_EQUAL_MEMORY(&result, &again, sizeof result);

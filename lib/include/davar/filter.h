@@ -11,6 +11,12 @@
 
 #include "davar/types.h"
 
+/** Build option: noise after a filter, of davar_plan_init_filtered, and of davar_plan_init, which
+ * knows of none. 0: davar_plan_init_white alone (asserted). */
+#ifndef DAVAR_FILTERS
+#define DAVAR_FILTERS 1
+#endif
+
 #ifdef __cplusplus
 extern "C" {
 #endif

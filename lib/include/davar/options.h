@@ -29,12 +29,6 @@
 #define DAVAR_LAWS 1
 #endif
 
-/** Noise after a filter: davar_plan_init_filtered, and davar_plan_init, which knows of none. 0:
- * davar_plan_init_white alone (asserted). */
-#ifndef DAVAR_FILTERS
-#define DAVAR_FILTERS 1
-#endif
-
 /** Checks for bugs of the caller. The default is assert on an operating system and a trap on a bare
  * machine, where the C library's assert would link stdio and malloc. NDEBUG removes them. Your own
  * definition may log or reset. */

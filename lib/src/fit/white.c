@@ -582,22 +582,27 @@ static void limit_hidden(const davar_white_plan_t *plan, const davar_white_t *wh
     limit_walk(plan, in_unit(plan, scaled_times(most, scaled_of_float(plan->white_high))), result);
 }
 
-/* Is the window to withhold, because rounding hides it (COARSE), or because it shows another filter
- * than the declared one (FILTERED)? Writes the limit. UNKNOWN: neither. */
-static davar_noise_t withheld(const davar_white_plan_t *plan, davar_white_t *white,
-                              davar_result_t *result)
+/* COARSE: rounding hides the noise. FILTERED: the window shows another filter than the declared one.
+ * UNKNOWN: neither. */
+static davar_noise_t why_withheld(const davar_white_plan_t *plan, davar_white_t *white)
 {
-    const bool filtered = lacks(plan, white) && (!is_declared(plan) || (white->suspects == 0U));
-    const bool repeated = is_repeated(plan, white) && (white->suspects == 0U);
-    davar_noise_t noise = DAVAR_NOISE_UNKNOWN;
     if (is_hidden(plan, white)) {
         white->suspects = 0U;
-        noise = is_within_counts(plan, white) ? DAVAR_NOISE_COARSE : DAVAR_NOISE_UNKNOWN;
-    } else if (repeated || (filtered && white->repeats)) {
-        noise = DAVAR_NOISE_COARSE;
-    } else if (filtered) {
-        noise = DAVAR_NOISE_FILTERED;
+        return is_within_counts(plan, white) ? DAVAR_NOISE_COARSE : DAVAR_NOISE_UNKNOWN;
     }
+    const bool filtered = lacks(plan, white) && (!is_declared(plan) || (white->suspects == 0U));
+    const bool repeated = is_repeated(plan, white) && (white->suspects == 0U);
+    if (repeated || (filtered && white->repeats)) {
+        return DAVAR_NOISE_COARSE;
+    }
+    return filtered ? DAVAR_NOISE_FILTERED : DAVAR_NOISE_UNKNOWN;
+}
+
+/* The same; writes the limit. */
+static davar_noise_t withhold(const davar_white_plan_t *plan, davar_white_t *white,
+                              davar_result_t *result)
+{
+    const davar_noise_t noise = why_withheld(plan, white);
     if (noise == DAVAR_NOISE_COARSE) {
         limit_hidden(plan, white, result);
     } else if (noise == DAVAR_NOISE_FILTERED) {
@@ -643,7 +648,7 @@ static davar_noise_t verdict_of(const davar_white_plan_t *plan, davar_white_t *w
 {
     fit_amplitude(plan, white);
     fit_shares(plan, white);
-    const davar_noise_t noise = withheld(plan, white, result);
+    const davar_noise_t noise = withhold(plan, white, result);
     if (noise != DAVAR_NOISE_UNKNOWN) {
         return noise;
     }
