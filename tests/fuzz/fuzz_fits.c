@@ -221,9 +221,9 @@ static void fit_walk(const davar_result_t *given)
         result = *given;
         REQUIRE(davar_fit_walk(&plan.white, &result) == one->present);
         REQUIRE(result.noise == usual.noise);
-        REQUIRE(memcmp(&one->value, &other->value, sizeof one->value) == 0);
-        REQUIRE(memcmp(&one->low, &other->low, sizeof one->low) == 0);
-        REQUIRE(memcmp(&one->high, &other->high, sizeof one->high) == 0);
+        REQUIRE(is_same(one->value, other->value));
+        REQUIRE(is_same(one->low, other->low));
+        REQUIRE(is_same(one->high, other->high));
     }
 }
 

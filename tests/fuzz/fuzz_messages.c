@@ -270,8 +270,8 @@ static void require_equal(const davar_result_t *one, const davar_result_t *other
     const davar_coefficient_t *const same = &other->coefficient[DAVAR_ANGLE_RANDOM_WALK];
     REQUIRE((one->epoch == other->epoch) && (one->noise == other->noise));
     REQUIRE((one->unstable == other->unstable) && (one->equal_samples == other->equal_samples));
-    REQUIRE(memcmp(&walk->value, &same->value, sizeof walk->value) == 0);
-    REQUIRE(memcmp(&walk->high, &same->high, sizeof walk->high) == 0);
+    REQUIRE(is_same(walk->value, same->value));
+    REQUIRE(is_same(walk->high, same->high));
 }
 
 /* Samples of any size and gaps, of which an instance of the library makes the same results. */

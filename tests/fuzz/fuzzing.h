@@ -11,6 +11,7 @@
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* Called by libFuzzer with every input. */
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
@@ -48,6 +49,15 @@ static inline uint64_t word(bytes_t *bytes, unsigned count)
         value = (value << 8U) | byte(bytes);
     }
     return value;
+}
+
+/* The same bits. */
+static inline bool is_same(double one, double other)
+{
+    uint64_t bits[2];
+    memcpy(&bits[0], &one, sizeof one);
+    memcpy(&bits[1], &other, sizeof other);
+    return bits[0] == bits[1];
 }
 
 /* The types of samples. */

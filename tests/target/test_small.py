@@ -13,7 +13,7 @@ from on_boards import on_every_board
 from planner import choice, programs
 from planner.wishes import read
 
-PROBE = targets.ROOT / "tests/target/small_probe.c"
+PROBE = targets.ROOT / "tests/support/small_probe.c"
 WISHES = "--rate 100 --lsb 0.05 --lost 0 --motion none --bandwidth"
 # (core, filter) -> flash and RAM. They may not grow; docs/COST.md states them.
 BYTES = {

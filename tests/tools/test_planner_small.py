@@ -11,7 +11,7 @@ from planner import programs, text
 from planner_case import ROOT, built, gcc, plan_of, planned, printed_by, refused, run, write
 
 SMALL = "--rate 100 --lsb 0.05 --bandwidth none --lost 0 --motion none --core cortex-m4f"
-PROBE = ROOT / "tests/target/small_probe.c"
+PROBE = ROOT / "tests/support/small_probe.c"
 OPTIMISED = ("-O2", "-ffp-contract=off")
 
 

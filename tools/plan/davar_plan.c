@@ -20,20 +20,28 @@
 static const char usage[] =
     "usage: davar-plan --taus M,M,... [--long M,M,...] [--bandwidth FILTER --rate HZ] [--name "
     "NAME]\n"
+    "       davar-plan --taus 1,2,4,... --window N --stride K --rate HZ --lsb X --bandwidth "
+    "FILTER\n"
+    "                  [--name NAME]\n"
     "       davar-plan --floor --rate HZ --lsb X --bandwidth FILTER [--rail N] [--name NAME]\n"
     "\n"
     "The first form writes a davar_plan_t for davar_fit, davar_fit_white and "
     "davar_fit_white_ready.\n"
     "A program that links it does not need davar_plan_init or davar_plan_init_filtered. The "
     "second\n"
-    "form writes a davar_floor_plan_t for davar_floor_push and davar_floor_take. A program that "
-    "links\n"
-    "it does not need davar_floor_plan.\n"
+    "form writes a constant davar_small_plan_t for davar/small.h: windows of N samples without "
+    "gaps,\n"
+    "and a result every K samples; N is a multiple of K. The third form writes a "
+    "davar_floor_plan_t\n"
+    "for davar_floor_push and davar_floor_take. A program that links it does not need\n"
+    "davar_floor_plan.\n"
     "\n"
     "  --taus M,M,...      all cluster sizes of the configuration, in samples, ascending\n"
     "  --long M,M,...      cluster sizes of a cascade, which davar_cascade_append adds\n"
     "  --floor             the plan of a floor, with blocks of 256 samples, below 800 Hz of 128\n"
-    "  --lsb X             size of a count of the floor's samples in deg/s\n"
+    "  --window N          the length of a window, 9 times the largest cluster size to 65536\n"
+    "  --stride K          samples between two results, 2 to half a window\n"
+    "  --lsb X             size of a count in deg/s\n"
     "  --rail N            a count of this size, of either sign, is clipped (default 32767)\n"
     "  --bandwidth FILTER  what is between the gyro's noise and the samples. Without it, the fit\n"
     "                      withholds its result when the short cluster sizes read low, and there "
@@ -396,7 +404,7 @@ static int write_small(davar_plan_t *plan, const request_t *request)
     const uint32_t window = request->window;
     const uint32_t stride = request->stride;
     const bool fits = (stride >= 2U) && (window <= 65536U) && ((window % stride) == 0U) &&
-                      (window > stride) &&
+                      (window > stride) && (request->sizes == request->tau_count) &&
                       (request->taus[request->tau_count - 1U] <= (window / 9U));
     if ((request->rate_hz <= 0.0) || (request->lsb <= 0.0) || (request->filter == NULL)) {
         return reject("--window", "needs --stride, --rate, --lsb and --bandwidth", NULL);
@@ -445,6 +453,9 @@ static int plan_fit(request_t *request)
     }
     if (((request->lsb > 0.0) && (request->window == 0U)) || (request->rail > 0U)) {
         return reject((request->rail > 0U) ? "--rail" : "--lsb", "only with --floor", NULL);
+    }
+    if ((request->stride > 0U) && (request->window == 0U)) {
+        return reject("--stride", "only with --window", NULL);
     }
     int status = add_long_taus(request);
     if ((status == 0) && (request->filter != NULL)) {

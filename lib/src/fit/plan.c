@@ -395,6 +395,7 @@ DAVAR_RARE void davar_plan_white_row(davar_plan_t *plan, int u)
 DAVAR_RARE static void plan_samples(davar_plan_t *plan, const uint32_t *m, uint8_t count,
                                     bool declared)
 {
+    DAVAR_ASSERT(declared || DAVAR_FILTERS);
     davar_plan_start(plan, m, count);
     for (int u = 0; u < count; u++) {
         davar_plan_white_row(plan, u);
@@ -405,7 +406,6 @@ DAVAR_RARE static void plan_samples(davar_plan_t *plan, const uint32_t *m, uint8
 
 DAVAR_RARE void davar_plan_init(davar_plan_t *plan, const uint32_t *m, uint8_t count)
 {
-    DAVAR_ASSERT(DAVAR_FILTERS);
     plan_samples(plan, m, count, false);
 }
 

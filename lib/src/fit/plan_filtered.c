@@ -141,11 +141,12 @@ DAVAR_RARE void davar_plan_init_filtered(davar_plan_t *plan, const uint32_t *m, 
                                          const davar_filter_t *filter)
 {
     davar_filter_assert(filter);
-    if (davar_filter_passes_all(filter) && (filter->summed <= 1U)) {
+    const bool is_white = davar_filter_passes_all(filter) && (filter->summed <= 1U);
+    DAVAR_ASSERT(is_white || DAVAR_FILTERS);
+    if (is_white) {
         davar_plan_init_white(plan, m, count);
         return;
     }
-    DAVAR_ASSERT(DAVAR_FILTERS);
     davar_plan_start(plan, m, count);
     plan->white.declared = true;
     int near = 0;

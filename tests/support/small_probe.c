@@ -1,6 +1,7 @@
 /* davar tests - what a small setup of tools/davar-plan returns (SMALL), or the complete library for
- * the same windows: a checksum for each stream, and how often each kind of noise came. WINDOW, STRIDE: of the setup; RATE, UNIT: its
- * rate and the size of a count. The complete library fits with `own_plan`. */
+ * the same windows: a checksum for each stream, and how often each kind of noise came. WINDOW,
+ * STRIDE: of the setup; RATE, UNIT: its rate and the size of a count. The complete library fits with
+ * `own_plan`. ON_BOARD: a board prints. */
 #ifdef SMALL
 #include "davar_setup.h"
 #else
@@ -10,11 +11,12 @@
 
 #include "small_streams.h"
 
-#ifdef ON_BOARD
-#include "board.h"
-#else
+void board_figure(const char *name, uint32_t value); /* of the board, or this one */
+
+#ifndef ON_BOARD
 #include <stdio.h>
-static void board_figure(const char *name, uint32_t value)
+
+void board_figure(const char *name, uint32_t value)
 {
     (void)printf("%s %lu\n", name, (unsigned long)value);
 }
