@@ -15,7 +15,9 @@ ENGINES = ("slide", "grid", "small")
 AXES_MOST = 16
 FLAGS = ("--json", "--self-contained", "--simulate")
 OF_THE_PROGRAM = {  # options of the program in C
-    **dict.fromkeys(("--taus", "--long", "--window", "--stride"), "the plan of a fit: --taus must be"),
+    **dict.fromkeys(
+        ("--taus", "--long", "--window", "--stride"), "the plan of a fit: --taus must be"
+    ),
     "--name": "the plan of a fit or a floor: --taus or --floor must be",
     **dict.fromkeys(("--floor", "--rail"), "the plan of a floor: --floor must be"),
 }

@@ -40,6 +40,6 @@ int main(void)
            davar_decode(&frame, DAVAR_CAN_BASE, &decoded) == DAVAR_DECODE_FOREIGN,
            davar_telemetry_init(&telemetry, &davar_cyphal, &nobody, 100.0),
            (int)davar_slcan_encode(&frame, text), (unsigned)davar_torn_reads(&torn),
-           (unsigned)davar_small_health(&small).missed,            davar_rate_density(0.3, DAVAR_DEG_PER_S));
+           (unsigned)davar_small_health(&small).missed, davar_rate_density(0.3, DAVAR_DEG_PER_S));
     return 0;
 }
