@@ -1,7 +1,8 @@
 /* What Python asks of the library: Allan deviations of a recording in windows on a grid, filters as
  * --bandwidth has them, and the filter that a spectrum shows. Built with lib/'s own sources, so the
  * numbers are those of the device. And one loop that numpy has no function for: the likelihood of
- * levels in noise. */
+ * levels beside noise. A function whose arguments change gets another name: Python then refuses an
+ * older library, which would read and write through the wrong pointers. */
 #include "davar/davar.h"
 #include "davar/fit.h"
 #include "learning/learn.h"
@@ -18,8 +19,8 @@ double davar_lab_edf(int noise, uint32_t m, uint32_t window);
 const char *davar_lab_filter(const char *text, double rate_hz, davar_filter_t *filter);
 int davar_lab_learn(const double bins[][4], size_t count, double rounding, int is_steady,
                     char *text);
-double davar_lab_levels(const double *values, size_t count, const double given[3], unsigned levels,
-                        double *chance);
+double davar_lab_chain(const double *values, size_t count, const double slow[][2],
+                       unsigned processes, const double given[3], unsigned levels, double *chance);
 
 static size_t take_full(davar_t *davar, uint32_t window, double *adev, size_t row, size_t rows)
 {
@@ -121,119 +122,289 @@ int davar_lab_learn(const double bins[][4], size_t count, double rounding, int i
 }
 
 #define LEVELS_MOST 8U
-#define TINY 1e-150       /* the least chance, and the least fit */
-#define LOG_TINY (-345.0) /* its logarithm, or less */
-#define SUM_LEAST 1e-100  /* of unscaled chances */
+#define SLOW_MOST 20U
+#define PATHS_MOST 128U    /* followed at once; a switch that is in doubt for longer loses some */
+#define CHANCE_LEAST 1e-12 /* of a path that is followed */
 
-/* Half the distance of neighbouring levels, the noise of a value, and the chances to be on the same
- * level, or on a certain other one, at the next value. */
+/* The noise of the values: processes of first order, rows of decay and variance, in white noise.
+ * Levels are a known course for each path, so all paths share the gain of one Kalman filter. */
 typedef struct {
-    double amplitude;
-    double noise;
-    double stay;
-    double other;
+    const double (*slow)[2];
+    unsigned processes;
+    double white;
+    double covariance[SLOW_MOST][SLOW_MOST];
+    double gain[SLOW_MOST];
+    double spread;
+} noise_t;
+
+/* All courses of the levels that have switched last at one value, from one level to another. `slow`:
+ * the mean of the processes at the next value; before: its place at the value before, or
+ * -1 - level: it has come from this level. */
+typedef struct {
+    double slow[SLOW_MOST];
+    double chance;
+    unsigned level;
+    int before;
+} path_t;
+
+/* What is kept of a path for the way back. */
+typedef struct {
+    double chance;
+    uint8_t level;
+    int16_t before;
+} trace_t;
+
+typedef struct {
+    noise_t noise;
+    double amplitude; /* half the distance of neighbouring levels */
+    double leave;     /* chance of a switch between two values */
     unsigned levels;
+    unsigned count;
+    path_t path[PATHS_MOST];
+    trace_t *trace; /* of all values, or null */
+    size_t *first;  /* place in it of the paths at each value, and of its end */
 } chain_t;
 
-/* How well a value fits each level, over the level that it fits best; returns the logarithm of
- * that. */
-static double fits_of(const chain_t *chain, double value, double fit[LEVELS_MOST])
+static void next_covariance(noise_t *noise)
 {
+    double sum[SLOW_MOST];
+    noise->spread = noise->white;
+    for (unsigned i = 0U; i < noise->processes; i++) {
+        sum[i] = 0.0;
+        for (unsigned j = 0U; j < noise->processes; j++) {
+            sum[i] += noise->covariance[i][j];
+        }
+        noise->spread += sum[i];
+    }
+    for (unsigned i = 0U; i < noise->processes; i++) {
+        const double *const one = noise->slow[i];
+        noise->gain[i] = sum[i] / noise->spread;
+        for (unsigned j = 0U; j <= i; j++) {
+            const double left = noise->covariance[i][j] - (noise->gain[i] * sum[j]);
+            noise->covariance[i][j] = left * one[0] * noise->slow[j][0];
+            noise->covariance[j][i] = noise->covariance[i][j];
+        }
+        noise->covariance[i][i] += one[1] * (1.0 - (one[0] * one[0]));
+    }
+}
+
+/* Moves a path on by a value; returns its log-likelihood up to what all paths share. */
+static double follow(path_t *path, const chain_t *chain, double value)
+{
+    const noise_t *const noise = &chain->noise;
+    double off =
+        value - (chain->amplitude * ((double)(chain->levels - 1U) - (2.0 * (double)path->level)));
+    for (unsigned i = 0U; i < noise->processes; i++) {
+        off -= path->slow[i];
+    }
+    for (unsigned i = 0U; i < noise->processes; i++) {
+        path->slow[i] = (path->slow[i] + (noise->gain[i] * off)) * noise->slow[i][0];
+    }
+    return -0.5 * off * off / noise->spread;
+}
+
+/* All paths beside a value, their chances given it and all before; returns its log-likelihood. */
+static double weigh(chain_t *chain, double value)
+{
+    double fit[PATHS_MOST];
     double most = -HUGE_VAL;
-    for (unsigned l = 0U; l < chain->levels; l++) {
-        const double place = (double)(chain->levels - 1U) - 2.0 * (double)l;
-        const double off = (value - chain->amplitude * place) / chain->noise;
-        fit[l] = -0.5 * off * off;
-        most = (fit[l] > most) ? fit[l] : most;
-    }
-    for (unsigned l = 0U; l < chain->levels; l++) {
-        const double under = fit[l] - most;
-        fit[l] = (under > LOG_TINY) ? exp(under) : TINY;
-    }
-    return most;
-}
-
-/* Scales numbers to a sum of 1; returns the sum. */
-static double scaled(double one[], unsigned count)
-{
     double sum = 0.0;
-    for (unsigned l = 0U; l < count; l++) {
-        sum += one[l];
+    for (unsigned k = 0U; k < chain->count; k++) {
+        fit[k] = follow(&chain->path[k], chain, value);
+        most = (fit[k] > most) ? fit[k] : most;
     }
-    for (unsigned l = 0U; l < count; l++) {
-        one[l] /= sum;
+    for (unsigned k = 0U; k < chain->count; k++) {
+        chain->path[k].chance *= exp(fit[k] - most);
+        sum += chain->path[k].chance;
     }
-    return sum;
+    for (unsigned k = 0U; k < chain->count; k++) {
+        chain->path[k].chance /= sum;
+    }
+    // cppcheck-suppress invalidFunctionArg ; there is a path
+    return most + log(sum) - (0.5 * log(6.283185307179586 * chain->noise.spread));
 }
 
-/* The forward algorithm. Fills the chance of each level given the values up to each, up to a factor,
- * unless `chance` is null. Returns the log-likelihood. */
-static double forward(const chain_t *chain, const double *values, size_t count, double *chance)
+/* The path that begins with a switch from a level, to any one of the others: the mean of all paths
+ * on it. */
+static path_t switched(const chain_t *chain, unsigned from)
 {
-    double state[LEVELS_MOST];
-    double fit[LEVELS_MOST];
-    double total = -(double)count * log(chain->noise * 2.5066282746310002);
-    double sum = 1.0;
-    for (unsigned l = 0U; l < chain->levels; l++) {
-        state[l] = 1.0 / (double)chain->levels;
+    path_t fresh = {.before = -1 - (int)from};
+    for (unsigned k = 0U; k < chain->count; k++) {
+        const path_t *const path = &chain->path[k];
+        if (path->level == from) {
+            fresh.chance += path->chance;
+            for (unsigned i = 0U; i < chain->noise.processes; i++) {
+                fresh.slow[i] += path->chance * path->slow[i];
+            }
+        }
     }
+    for (unsigned i = 0U; (i < chain->noise.processes) && (fresh.chance > 0.0); i++) {
+        fresh.slow[i] /= fresh.chance;
+    }
+    fresh.chance *= chain->leave / (double)(chain->levels - 1U);
+    return fresh;
+}
+
+static unsigned likelier_than(const chain_t *chain, double least)
+{
+    unsigned found = 0U;
+    for (unsigned k = 0U; k < chain->count; k++) {
+        found += (chain->path[k].chance > least) ? 1U : 0U;
+    }
+    return found;
+}
+
+/* How likely a path is at least, so that there is room for the new ones. */
+static double least_chance(const chain_t *chain)
+{
+    const unsigned room = PATHS_MOST - (chain->levels * (chain->levels - 1U));
+    double least = CHANCE_LEAST;
+    while (likelier_than(chain, least) > room) {
+        least *= 2.0;
+    }
+    return least;
+}
+
+/* Paths that stay on their level until the next value, and those that switch. */
+static void branch(chain_t *chain)
+{
+    path_t fresh[LEVELS_MOST * LEVELS_MOST];
+    const double least = least_chance(chain);
+    unsigned begun = 0U;
+    unsigned kept = 0U;
+    for (unsigned from = 0U; from < chain->levels; from++) {
+        const path_t left = switched(chain, from);
+        for (unsigned to = 0U; to < chain->levels; to++) {
+            fresh[begun] = left;
+            fresh[begun].level = to;
+            begun += ((from != to) && (left.chance > 0.0)) ? 1U : 0U;
+        }
+    }
+    for (unsigned k = 0U; k < chain->count; k++) {
+        if (chain->path[k].chance > least) {
+            chain->path[kept] = chain->path[k];
+            chain->path[kept].before = (int)k;
+            chain->path[kept].chance *= 1.0 - chain->leave;
+            kept++;
+        }
+    }
+    // cppcheck-suppress uninitvar ; switched() made so many
+    memcpy(&chain->path[kept], fresh, begun * sizeof fresh[0]);
+    chain->count = kept + begun;
+}
+
+static void keep_trace(chain_t *chain, size_t place)
+{
+    size_t end = chain->first[place];
+    for (unsigned k = 0U; k < chain->count; k++) {
+        const path_t *const path = &chain->path[k];
+        chain->trace[end++] = (trace_t){path->chance, (uint8_t)path->level, (int16_t)path->before};
+    }
+    chain->first[place + 1U] = end;
+}
+
+static double forward(chain_t *chain, const double *values, size_t count)
+{
+    double total = 0.0;
     for (size_t i = 0U; i < count; i++) {
-        const double from_others = chain->other * sum;
-        total += fits_of(chain, values[i], fit);
-        sum = 0.0;
-        for (unsigned l = 0U; l < chain->levels; l++) {
-            state[l] = fit[l] * (from_others + (chain->stay - chain->other) * state[l]);
-            sum += state[l];
+        next_covariance(&chain->noise);
+        total += weigh(chain, values[i]);
+        if (chain->trace != NULL) {
+            keep_trace(chain, i);
         }
-        if (sum < SUM_LEAST) {
-            total += log(scaled(state, chain->levels));
-            sum = 1.0;
-        }
-        if (chance != NULL) {
-            memcpy(&chance[i * chain->levels], state, chain->levels * sizeof state[0]);
+        if (chain->levels > 1U) {
+            branch(chain);
         }
     }
-    return total + log(sum);
+    return total;
 }
 
-/* The backward algorithm: turns the chances given the values up to each into those given all. */
-static void backward(const chain_t *chain, const double *values, size_t count, double *chance)
+/* From the chances of the paths at a value, given all values, those at the value before: of those
+ * that stayed, and of those from which the others have come. */
+static void step_back(const chain_t *chain, size_t place, const double now[PATHS_MOST],
+                      double before[PATHS_MOST])
 {
-    double later[LEVELS_MOST];
-    double fit[LEVELS_MOST];
-    for (unsigned l = 0U; l < chain->levels; l++) {
-        later[l] = 1.0;
+    const trace_t *const here = &chain->trace[chain->first[place]];
+    const trace_t *const there = &chain->trace[chain->first[place - 1U]];
+    double left[LEVELS_MOST] = {0.0};
+    double all[LEVELS_MOST] = {0.0};
+    memset(before, 0, PATHS_MOST * sizeof before[0]);
+    for (size_t k = 0U; k < (chain->first[place + 1U] - chain->first[place]); k++) {
+        if (here[k].before >= 0) {
+            before[here[k].before] += now[k];
+        } else {
+            left[-1 - here[k].before] += now[k];
+        }
     }
+    const size_t many = chain->first[place] - chain->first[place - 1U];
+    for (size_t k = 0U; k < many; k++) {
+        all[there[k].level] += there[k].chance;
+    }
+    for (size_t k = 0U; k < many; k++) {
+        const unsigned level = there[k].level;
+        before[k] += (all[level] > 0.0) ? left[level] * there[k].chance / all[level] : 0.0;
+    }
+}
+
+/* The chance of each level at each value, given all values. */
+static void backward(const chain_t *chain, size_t count, double *chance)
+{
+    double now[PATHS_MOST];
+    double before[PATHS_MOST];
+    const trace_t *const last = &chain->trace[chain->first[count - 1U]];
+    for (unsigned k = 0U; k < PATHS_MOST; k++) {
+        const int there = k < (chain->first[count] - chain->first[count - 1U]);
+        now[k] = there ? last[k].chance : 0.0;
+    }
+    memset(chance, 0, count * chain->levels * sizeof chance[0]);
     for (size_t i = count; i > 0U; i--) {
-        double *const here = &chance[(i - 1U) * chain->levels];
-        (void)scaled(here, chain->levels);
-        for (unsigned l = 0U; l < chain->levels; l++) {
-            here[l] *= later[l];
+        const size_t first = chain->first[i - 1U];
+        for (size_t k = first; k < chain->first[i]; k++) {
+            chance[((i - 1U) * chain->levels) + chain->trace[k].level] += now[k - first];
         }
-        (void)scaled(here, chain->levels);
-        (void)fits_of(chain, values[i - 1U], fit);
-        for (unsigned l = 0U; l < chain->levels; l++) {
-            later[l] *= fit[l];
-        }
-        (void)scaled(later, chain->levels);
-        for (unsigned l = 0U; l < chain->levels; l++) {
-            later[l] = chain->other + (chain->stay - chain->other) * later[l];
+        if (i > 1U) {
+            step_back(chain, i - 1U, now, before);
+            memcpy(now, before, sizeof now);
         }
     }
 }
 
-/* A symmetric chain of levels in white noise; `given`: half the distance of neighbouring levels, the
- * noise of a value, and the chance to be on the same level at the next one. Returns the
- * log-likelihood of the values. chance: of each level, the highest first, at each value, row by
- * row; or null. */
-double davar_lab_levels(const double *values, size_t count, const double given[3], unsigned levels,
-                        double *chance)
+/* A symmetric chain of levels beside slow and white noise. slow: decay and variance of processes of
+ * first order; given: the variance of the white noise, half the distance of neighbouring levels, and
+ * the chance of a switch between two values. Returns the log-likelihood of the values. chance: of
+ * each level, the highest first, at each value, row by row; or null. One level: the noise alone.
+ * -HUGE_VAL when memory is short, or there are no values or too many processes or levels. */
+double davar_lab_chain(const double *values, size_t count, const double slow[][2],
+                       unsigned processes, const double given[3], unsigned levels, double *chance)
 {
-    const double other = fmax((1.0 - given[2]) / (double)(levels - 1U), TINY);
-    const chain_t chain = {given[0], given[1], given[2], other, levels};
-    const double likelihood = forward(&chain, values, count, chance);
-    if (chance != NULL) {
-        backward(&chain, values, count, chance);
+    if ((count == 0U) || (processes > SLOW_MOST) || (levels == 0U) || (levels > LEVELS_MOST)) {
+        return -HUGE_VAL;
     }
-    return likelihood;
+    double found = -HUGE_VAL;
+    const size_t traces = (chance != NULL) ? count : 0U;
+    chain_t *const chain = calloc(1U, sizeof *chain);
+    trace_t *const trace = malloc((traces + 1U) * PATHS_MOST * sizeof *trace);
+    size_t *const first = calloc(traces + 1U, sizeof *first);
+    if ((chain != NULL) && (trace != NULL) && (first != NULL)) {
+        chain->noise = (noise_t){.slow = slow, .processes = processes, .white = given[0]};
+        chain->amplitude = given[1];
+        chain->leave = given[2];
+        chain->levels = chain->count = levels;
+        chain->first = first;
+        chain->trace = (chance != NULL) ? trace : NULL;
+        for (unsigned i = 0U; i < processes; i++) {
+            chain->noise.covariance[i][i] = slow[i][1];
+        }
+        for (unsigned l = 0U; l < levels; l++) {
+            chain->path[l] = (path_t){.chance = 1.0 / (double)levels, .level = l, .before = -1};
+        }
+        found = forward(chain, values, count);
+        if (chance != NULL) {
+            backward(chain, count, chance);
+        }
+    }
+    free(first);
+    free(trace);
+    free(chain);
+    return found;
 }

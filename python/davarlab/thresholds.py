@@ -615,10 +615,36 @@ class Levels:
         "that one more level must gain",
     )
     most: int = threshold(5, "levels", "DESIGN 6.4", "that are tried")
-    flicker_rounds: int = threshold(3, "rounds", "DESIGN 6.3", "of flicker and levels in turn")
+    process_ratio: float = threshold(
+        4.0,
+        "ratio",
+        "choice: their sum follows flicker within 5 %",
+        "of the correlation times of neighbouring processes that slow noise is made of",
+    )
+    processes_most: int = threshold(
+        16,
+        "processes",
+        "choice: four more than a record of a day has",
+        "of slow noise beside levels",
+    )
+    white_least: float = threshold(
+        1e-3, "of the density", "choice", "white noise beside levels, where a fit leaves less"
+    )
+    middle: float = threshold(
+        100.0, "of the mean square", "choice", "variance of the middle of levels beforehand"
+    )
     blocks_most: int = threshold(40000, "blocks", "choice", "of a record")
     blocks_per_dwell: int = threshold(
         48, "blocks", "DESIGN 6.2: with 8 the dwell came out a fifth too long", "of a dwell"
+    )
+    first_sizes: tuple[float, ...] = threshold(
+        (-0.6, -0.45, -0.3, -0.15, 0.0, 0.15, 0.3, 0.45, 0.6),
+        "logarithm",
+        "choice: few dwells leave the size of a spectrum in doubt by as much",
+        "of amplitudes, over the one of the spectrum, that are tried first",
+    )
+    decoded_per_dwell: int = threshold(
+        240, "blocks", "choice", "of a dwell of which the course is decoded"
     )
     blocks_least: int = threshold(
         8, "blocks", "choice", "however far a search for the dwell strays"

@@ -1,6 +1,7 @@
 """What of davarlab is small enough to be checked against brute force."""
 
 import itertools
+from ctypes import util
 from dataclasses import replace
 from unittest import mock
 
@@ -13,7 +14,9 @@ from davarlab.candidates import ranking as candidates
 from davarlab.data import events, signals
 from davarlab.data.recording import Recording
 from davarlab.diagnosis import diagnose, fitting, improve
+from davarlab.effects import device
 from davarlab.effects.device import chain_of_levels
+from davarlab.errors import BadInput
 from davarlab.inference import allan, estimate, refine, states, whittle
 from davarlab.inference.parts import Bench, Part
 from davarlab.thresholds import EVENTS
@@ -21,17 +24,20 @@ from elsewhere import telegraph
 from scipy import optimize, signal, stats
 
 RATE = 50.0
+WHITE = np.zeros((0, 2))  # no slow noise
+
+
+def every_course(count, stay, levels):
+    """(course, its chance) of all courses of a chain of levels 2 apart."""
+    for course in itertools.product(range(levels - 1, -levels, -2), repeat=count):
+        steps = [stay if a == b else (1 - stay) / (levels - 1) for a, b in zip(course, course[1:])]
+        yield np.array(course), np.prod(steps) / levels
 
 
 def every_path(values, level, noise, stay, levels):
-    """(path, joint density) of all paths of a chain of levels 2 apart."""
-    places = range(levels - 1, -levels, -2)
-    for path in itertools.product(places, repeat=len(values)):
-        steps = [stay if a == b else (1 - stay) / (levels - 1) for a, b in zip(path, path[1:])]
-        density = (
-            np.prod(steps) / levels * np.prod(stats.norm.pdf(values, level * np.array(path), noise))
-        )
-        yield np.array(path), density
+    """(path, joint density) of all paths of a chain of levels 2 apart in white noise."""
+    for path, chance in every_course(len(values), stay, levels):
+        yield path, chance * np.prod(stats.norm.pdf(values, level * path, noise))
 
 
 @pytest.mark.parametrize("levels, count", [(2, 9), (3, 7)])
@@ -40,13 +46,58 @@ def test_levels_as_the_sum_over_all_paths(levels, count):
     for level, noise, stay in ((0.8, 1.0, 0.9), (3.0, 0.2, 0.6), (0.1, 2.0, 0.999)):
         paths = list(every_path(values, level, noise, stay, levels))
         whole = sum(density for _, density in paths)
-        chain = level, noise, stay
-        likelihood, chance = chain_of_levels(values, chain, levels, posterior=True)
+        given = values, WHITE, noise**2, (level, 1 - stay), levels
+        likelihood, chance = chain_of_levels(*given, posterior=True)
         state = states.places(levels) @ chance
         assert abs(likelihood - np.log(whole)) < 5e-8
         mean = sum(path * density for path, density in paths) / whole
         np.testing.assert_allclose(state, mean, atol=1e-9)
-        assert chain_of_levels(values, chain, levels)[0] == likelihood
+        assert chain_of_levels(*given)[0] == likelihood
+
+
+def test_a_level_that_no_path_can_reach_is_no_path():
+    """Without a switch, the record stays on the one level that its first values have."""
+    values = np.array([100.0, 100.0, 100.0, -100.0, -100.0])
+    found = chain_of_levels(values, WHITE, 1.0, (100.0, 0.0), 2)[0]
+    assert found == pytest.approx(np.log(0.5) + stats.norm.logpdf(values - 100.0).sum())
+
+
+@pytest.mark.parametrize("levels, processes", [(9, 0), (0, 0), (2, 21)])
+def test_more_levels_or_processes_than_there_is_room_for_are_refused(levels, processes):
+    slow = np.tile([0.9, 1.0], (processes, 1))
+    with pytest.raises(MemoryError):
+        chain_of_levels(np.zeros(5), slow, 1.0, (1.0, 0.1), levels, posterior=True)
+
+
+def test_a_library_built_from_other_sources_is_refused(monkeypatch):
+    """Its functions would read and write through the wrong pointers."""
+    monkeypatch.setenv("DAVAR_LAB_LIBRARY", util.find_library("m"))
+    with pytest.raises(BadInput, match="run tools/davarlab"):
+        device.library.__wrapped__()
+
+
+@pytest.mark.parametrize("levels, count", [(2, 10), (3, 7)])
+def test_levels_beside_slow_noise_as_the_sum_over_all_paths(levels, count):
+    """Paths whose last switch is at the same value between the same levels are one, with the mean
+    of their slow noise: nearly the sum.
+    """
+    slow = np.array([[0.95, 0.5], [0.6, 0.2], [1.0, 4.0]])
+    lags = np.abs(np.subtract.outer(np.arange(count), np.arange(count)))
+    covariance = 0.3**2 * np.eye(count) + sum(size * decay**lags for decay, size in slow)
+    noise = stats.multivariate_normal(np.zeros(count), covariance)
+    rng = np.random.default_rng(7)
+    for level, stay in ((1.0, 0.9), (3.0, 0.6), (0.3, 0.97)):
+        moves = np.where(rng.random(count) > stay, rng.integers(1, levels, count), 0)
+        path = level * states.places(levels)[np.cumsum(moves) % levels]
+        values = path + noise.rvs(random_state=rng)
+        whole = np.log(
+            sum(
+                noise.pdf(values - level * one) * chance
+                for one, chance in every_course(count, stay, levels)
+            )
+        )
+        found = chain_of_levels(values, slow, 0.3**2, (level, 1 - stay), levels)[0]
+        assert abs(found - whole) < 0.01, (level, found, whole)
 
 
 def test_the_mean_dwell_says_how_likely_a_level_stays():
@@ -102,22 +153,24 @@ def test_a_continuum_as_the_joint_density():
         lags = np.abs(np.subtract.outer(np.arange(300), np.arange(300)))
         covariance = std**2 * decay**lags + noise**2 * np.eye(300)
         exact = stats.multivariate_normal.logpdf(values, np.zeros(300), covariance)
-        assert abs(states.gauss_markov_log_likelihood(values, std, noise, decay) - exact) < 5e-6
+        found = chain_of_levels(values, np.array([[decay, std**2]]), noise**2, (0.0, 0.0), 1)[0]
+        assert abs(found - exact) < 5e-6
 
 
 def test_a_dwell_longer_than_the_record_is_no_fault():
-    state, divergence, doubt, _ = states.decoded(
-        np.random.default_rng(5).normal(size=3000), RATE, 0.5, 1e9, 0.1
-    )
-    assert (len(state), np.isfinite(divergence), np.isfinite(doubt)) == (3000, True, True)
+    noise = states.Noise(np.zeros(0), np.zeros(0), 0.1**2)
+    values = np.random.default_rng(5).normal(size=3000)
+    state, square = states.decoded(values, RATE, noise, 0.5, 1e9)
+    assert (len(state), np.isfinite(state).all(), abs(square - 1) < 1e-9) == (3000, True, True)
 
 
 def test_the_dwell_is_not_lengthened_by_the_blocks():
     rng = np.random.default_rng(5)
     switches = np.cumsum(rng.exponential(4.0, 2000))
     level = np.where(np.searchsorted(switches, np.arange(180000) / RATE) % 2, 0.02, -0.02)
-    _, amplitude, dwell, _ = states.fit_levels(
-        level + 0.035 * rng.normal(size=180000), RATE, 0.02, 5.0, 0.035 / RATE**0.5
+    noise = states.Noise(np.zeros(0), np.zeros(0), 0.035**2 / RATE)
+    _, amplitude, dwell = states.fit_levels(
+        level + 0.035 * rng.normal(size=180000), RATE, noise, (0.02, 5.0)
     )
     assert abs(dwell - 4.0) <= 3 * 4.0 / 900**0.5  # 900 switches
     assert abs(amplitude - 0.02) <= 0.001

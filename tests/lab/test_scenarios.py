@@ -219,6 +219,16 @@ SCENARIOS = {
     "levels beside flicker": simulated(
         ("telegraph_noise", {"amplitude_dps": 0.0075, "mean_dwell_s": 75.0}), **TWO_HOURS
     ),
+    **{
+        f"{levels} weak levels beside flicker": simulated(
+            (
+                "telegraph_noise",
+                {"amplitude_dps": 0.0035, "mean_dwell_s": 60.0, "levels": levels},
+            ),
+            **TWO_HOURS,
+        )
+        for levels in (2, 3)
+    },
     "a continuum beside flicker": simulated(
         ("gauss_markov", {"std_dps": 0.0075, "correlation_time_s": 37.5}), **TWO_HOURS
     ),

@@ -21,6 +21,7 @@ from . import drifting, filters, intermittent, lines, steps
 from .candidate import Candidate, log_chance
 
 LORENTZIAN = ("telegraph_noise", "gauss_markov")
+SLOW = (*LORENTZIAN, "rate_random_walk")  # noise that imitates levels
 SEARCHES: dict[str, Callable[[Bench, Sequence[Part], Fit], tuple[Part, float, float] | None]] = {
     "bias_step": steps.search,
     "intermittent_line": intermittent.search,
@@ -51,9 +52,6 @@ SWITCHED = (
 # Receives the kind that is tried next and what was found so far (None: nothing of a kind). It may
 # raise.
 Trying = Callable[[str, Sequence[Candidate | None]], None]
-# Of a chain of levels: log-likelihood, amplitude, dwell, middle; and the decoded part.
-Chain = tuple[float, float, float, float]
-Levels = tuple[float, float, float, float, Part]
 
 
 def shapes_of(effect: Effect, recording: Recording) -> list[Values]:
@@ -231,144 +229,90 @@ def with_states(bench: Bench, parts: Sequence[Part], fit: Fit, found: Sequence[C
 
 
 def decode_states(bench: Bench, parts: Sequence[Part], telegraph: Candidate) -> None:
-    """Two levels against a continuum beside the other parts; decoded when the levels can be seen
+    """A few levels against a continuum beside the other parts; decoded when the levels can be seen
     (6.2) (6.3)."""
     trial = refine.refined(bench, [*parts, telegraph.part], only=("telegraph_noise",))
     joint = bench.fit(trial)
     telegraph.part = trial[-1]
     rest = bench.y - bench.y.mean() - bench.mean_course(trial, joint)
-    index = [p.kind for p in trial if p.role == "spectrum"].index("telegraph_noise")
-    levels = telegraph.part.shape.get("levels", 2.0)
-    dwell = 2 * telegraph.part.shape["mean_dwell_s"] * (levels - 1) / levels
-    start = (
-        float(np.sqrt(max(joint.sizes[index], 1e-30) * states.mean_square(levels))),
-        dwell,
-        white_beside(bench, joint, dwell),
-    )
-    likelihood, level, dwell, _, part = best_levels(bench, parts, rest, start)
-    more = likelihood - states.fit_continuum(rest, bench.recording.rate_hz, *start)
-    if more <= LEVELS.seen and states.many_switches(dwell, rest, bench.recording.rate_hz):
-        beside, better = beside_flicker(
-            bench, parts, part, rest, level, start[2], joint.log_likelihood
-        )
-        more, part = (beside, better) if beside > LEVELS.seen else (more, part)
-    if not states.many_switches(part.shape["mean_dwell_s"], rest, bench.recording.rate_hz):
+    rate = bench.recording.rate_hz
+    start, noise = beside_levels(bench, trial, joint)
+    continuum = states.fit_continuum(rest, rate, noise, start)
+    hopeless = continuum - LEVELS.seen
+    best, levels = states.fit_levels(rest, rate, noise, start, 2, hopeless), 2
+    for number in range(3, LEVELS.most + 1):
+        if number > 3 and best[0] > continuum + LEVELS.seen:
+            break
+        found = states.fit_levels(rest, rate, noise, start, number, hopeless)
+        if found[0] > best[0] + LEVELS.one_more:
+            best, levels = found, number
+    dwell_s, more = best[2], best[0] - continuum
+    if more <= LEVELS.seen or not states.many_switches(dwell_s, rest, rate):
         more = min(more, 0.0)
-    if more <= LEVELS.seen:
-        more = min(more, 0.0)
-    elif states.like_chance(bench.decoded[part.key], int(part.shape["levels"])):
-        telegraph.part = part
     else:
-        telegraph.doubt = SWITCHED
+        part, course = decoded_part(bench, rest, noise, best, levels)
+        fit = bench.fit([*parts, part])
+        beside = noise_beside(bench, fit.level, start[1])
+        best, number = more_levels(rest, rate, beside, start, levels)
+        if number > levels:
+            levels = number
+            part, course = decoded_part(bench, rest, beside, best, levels)
+        if states.like_chance(course, levels):
+            telegraph.part = part
+        else:
+            telegraph.doubt = SWITCHED
     telegraph.gain += more
     telegraph.log_p = min(0.0, telegraph.log_p - more)
 
 
-def best_levels(
-    bench: Bench, parts: Sequence[Part], rest: Floats, start: tuple[float, float, float]
-) -> Levels:
-    """(likelihood in white noise, amplitude, dwell, decoded part) of as many levels as the record
-    is likeliest with beside the other parts, by the lower bound of (6.3): in white noise further
-    levels would follow the flicker. So each number is fitted once more without it."""
-    best: Levels | None = None
-    most = -np.inf
-    for levels in range(2, LEVELS.most + 1):
-        found = states.fit_levels(rest, bench.recording.rate_hz, *start, levels)
-        part, divergence, doubt = decoded_part(bench, rest, found, start[2], levels)
-        bound = lower_bound(bench, parts, part, divergence, doubt)
-        calm = rest - slow_noise(bench, [*parts, part], bench.fit([*parts, part]))
-        bench.forget(part)
-        again = states.fit_levels(calm, bench.recording.rate_hz, *start, levels)
-        other, divergence, doubt = decoded_part(bench, calm, again, start[2], levels)
-        beside = lower_bound(bench, parts, other, divergence, doubt)
-        bench.forget(other)
-        if beside > bound:
-            found, part, bound = (found[0], *again[1:]), other, beside
-        if bound > most + (LEVELS.one_more if best else 0):
-            best, most = (*found, part), bound
-        elif levels > 3:
-            break
-    assert best is not None  # the first number of levels is always taken
-    return best
+def beside_levels(
+    bench: Bench, parts: Sequence[Part], fit: Fit
+) -> tuple[tuple[float, float], states.Noise]:
+    """(standard deviation and dwell of two levels with that spectrum, noise of the other parts) of
+    telegraph noise, the last of the parts, as noise."""
+    index = [part.kind for part in parts if part.role == "spectrum"].index("telegraph_noise")
+    levels = parts[-1].shape.get("levels", 2.0)
+    dwell = 2 * parts[-1].shape["mean_dwell_s"] * (levels - 1) / levels
+    std = float(np.sqrt(max(fit.sizes[index], 1e-30) * states.mean_square(levels)))
+    left = fit.level - fit.sizes[index] * bench.rows(parts)[index]
+    left = np.maximum(left, LEVELS.white_least * fit.level)
+    return (std, dwell), noise_beside(bench, left, dwell)
 
 
-def lower_bound(
-    bench: Bench, parts: Sequence[Part], part: Part, divergence: float, doubt: float
-) -> float:
-    """Of the likelihood of levels beside other parts (6.3)."""
-    fit = bench.fit([*parts, part])
-    amplitude = bench.coefficients_of(bench.keys(part), [*parts, part], fit)[0] / (
-        bench.data.scale(bench.keys(part)[0]) or np.inf
-    )
-    return float(fit.log_likelihood - amplitude**2 * doubt - divergence)
-
-
-def white_beside(bench: Bench, fit: Fit, dwell_s: float) -> float:
-    """The noise that levels of this dwell are seen against, as that of single samples: its density
-    where blocks of a small part of a dwell see it, not at the end of the spectrum, which the
-    sensor's own low-pass may have emptied."""
-    f = min(LEVELS.blocks_per_dwell / (2 * dwell_s), bench.data.f_bin[-1])
-    return float(
-        np.sqrt(np.interp(np.log(f), np.log(bench.data.f_bin), fit.level) / bench.recording.rate_hz)
-    )
+def noise_beside(bench: Bench, level: Floats, dwell: float) -> states.Noise:
+    """The noise of this level per bin, as levels of this dwell are seen beside it."""
+    f, rate = bench.data.f_bin, bench.recording.rate_hz
+    least = states.block_of(bench.y, rate, dwell, LEVELS.blocks_per_dwell) / rate
+    seen = f < 1 / (2 * least)
+    span = LEVELS.process_ratio * len(bench.y) / rate
+    return states.noise_of(f[seen], level[seen] / rate, least, span)
 
 
 def decoded_part(
-    bench: Bench, rest: Floats, found: Chain, white: float, levels: int
-) -> tuple[Part, float, float]:
-    """The decoded course as a part; its divergence from what the chain says beforehand; what doubt
-    costs per squared amplitude."""
-    _, level, dwell, middle = found
-    part = Part(
-        "telegraph_noise", {"mean_dwell_s": float(dwell), "levels": float(levels)}, "decoded"
-    )
-    bench.decoded[part.key], divergence, doubt, bench.squares[part.key] = states.decoded(
-        rest - middle, bench.recording.rate_hz, level, dwell, white, levels
-    )
-    return part, divergence, doubt
+    bench: Bench, rest: Floats, noise: states.Noise, found: states.Found, levels: int
+) -> tuple[Part, Floats]:
+    """(decoded part, its course)."""
+    _, level, dwell = found
+    shape = {"mean_dwell_s": dwell, "levels": float(levels)}
+    part, rate = Part("telegraph_noise", shape, "decoded"), bench.recording.rate_hz
+    bench.forget(part)
+    course, square = states.decoded(rest, rate, noise, level, dwell, levels)
+    bench.decoded[part.key], bench.squares[part.key] = course, square
+    return part, course
 
 
-def beside_flicker(
-    bench: Bench,
-    parts: Sequence[Part],
-    part: Part,
-    rest: Floats,
-    level: float,
-    white: float,
-    continuum: float,
-) -> tuple[float, Part]:
-    """The gain of two levels over a continuum where the flicker of the other parts hides them: that
-    flicker is estimated beside the decoded course, taken out, and the course decoded again (6.3).
-    Returns (gain, decoded part)."""
-    rate, best = bench.recording.rate_hz, (-np.inf, part)
-    fit = bench.fit([*parts, part])
-    for _ in range(LEVELS.flicker_rounds):
-        slow = slow_noise(bench, [*parts, part], fit)
-        dwell = part.shape["mean_dwell_s"]
-        bench.forget(part)
-        white = white_beside(bench, fit, dwell)
-        if not states.many_switches(dwell, rest, rate):
+def more_levels(
+    rest: Floats, rate_hz: float, noise: states.Noise, start: tuple[float, float], levels: int
+) -> tuple[states.Found, int]:
+    """(fit, number) of as many levels as the record is likeliest with, from these on, beside the
+    noise that is left beside them: with less, further levels would follow the flicker."""
+    best = states.fit_levels(rest, rate_hz, noise, start, levels), levels
+    for more in range(levels + 1, LEVELS.most + 1):
+        found = states.fit_levels(rest, rate_hz, noise, start, more)
+        if found[0] <= best[0][0] + LEVELS.one_more:
             break
-        levels = int(part.shape["levels"])
-        start = (
-            level * np.sqrt(states.mean_square(levels)),
-            2 * dwell * (levels - 1) / levels,
-        )  # of two levels with the same spectrum
-        found = states.fit_levels(rest - slow, rate, *start, white, levels)
-        level, dwell = found[1:3]
-        part, divergence, doubt = decoded_part(bench, rest - slow, found, white, levels)
-        fit = bench.fit([*parts, part])
-        gain = lower_bound(bench, parts, part, divergence, doubt) - continuum
-        best = max(best, (float(gain), part), key=lambda pair: pair[0])
+        best = found, more
     return best
-
-
-def slow_noise(bench: Bench, parts: Sequence[Part], fit: Fit) -> Floats:
-    """The expected course of what is not white in the noise (a Wiener filter), deg/s."""
-    data = bench.data
-    c = data.without(fit.coefficients, bench.all_keys(parts))
-    share = modulation.white_share(bench, parts, fit)
-    return signals.in_time(c * (1 - data.at_ordinates(share)))
 
 
 def simplest_first(found: Sequence[Candidate]) -> None:

@@ -218,7 +218,9 @@ class Search:
         why = doubt(self.state, candidate)
         if not why:
             return self, True
-        aside = candidates.LORENTZIAN if candidate.doubt else ()
+        # levels that are seen contradict a continuum, whatever they come from
+        aside: tuple[str, ...] = candidates.LORENTZIAN if candidate.doubt else ()
+        aside = candidates.SLOW if part.form == "decoded" else aside
         way = replace(
             self, set_aside=self.set_aside | {source(part), *((kind, None) for kind in aside)}
         )

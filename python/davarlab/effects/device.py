@@ -38,8 +38,14 @@ def library() -> ctypes.CDLL:
     )
     try:
         found = ctypes.CDLL(path)
-    except OSError as why:
+        _declare(found)
+    except (OSError, AttributeError) as why:  # none, or one of another version
         raise BadInput(f"{path}: cannot load the library ({why}); run tools/davarlab") from None
+    return found
+
+
+def _declare(found: ctypes.CDLL) -> None:
+    """States the arguments of the functions. Raises AttributeError if the library lacks one."""
     pointer = ctypes.POINTER
     doubles = pointer(ctypes.c_double)
     found.davar_lab_windows.argtypes = [
@@ -68,15 +74,16 @@ def library() -> ctypes.CDLL:
         ctypes.c_int,
         ctypes.c_char_p,
     ]
-    found.davar_lab_levels.argtypes = [
+    found.davar_lab_chain.argtypes = [
         doubles,
         ctypes.c_size_t,
         doubles,
         ctypes.c_uint,
         doubles,
+        ctypes.c_uint,
+        doubles,
     ]
-    found.davar_lab_levels.restype = ctypes.c_double
-    return found
+    found.davar_lab_chain.restype = ctypes.c_double
 
 
 def _doubles(values: Floats) -> "ctypes._Pointer[ctypes.c_double]":
@@ -110,19 +117,30 @@ def learned(
 
 
 def chain_of_levels(
-    values: Floats, chain: tuple[float, float, float], levels: int, posterior: bool = False
+    values: Floats,
+    slow: Floats,
+    white: float,
+    chain: tuple[float, float],
+    levels: int,
+    posterior: bool = False,
 ) -> tuple[float, Floats]:
     """(log-likelihood of the values, the chance of each level at each) of a symmetric chain of
-    levels in white noise, by the forward and the backward algorithm. chain: half the distance of
-    neighbouring levels, the noise of a value, and the chance to be on the same level at the next
-    one. Up to eight levels, the highest first; without `posterior` the chances are empty."""
-    values, given = np.ascontiguousarray(values, float), np.array(chain, float)
+    levels beside noise. slow: rows of the decay and the variance of processes of first order;
+    white: variance; chain: half the distance of neighbouring levels, and the chance of a switch
+    between two values. Up to eight levels, the highest first (one: the noise alone); without
+    `posterior` the chances are empty."""
+    values, slow = np.ascontiguousarray(values, float), np.ascontiguousarray(slow, float)
+    given = np.array([white, *chain])
     chance = np.empty((len(values), levels) if posterior else (0, levels))
-    found: float = library().davar_lab_levels(
+    found: float = library().davar_lab_chain(
         _doubles(values),
         len(values),
+        _doubles(slow),
+        len(slow),
         _doubles(given),
         levels,
         _doubles(chance) if posterior else None,
     )
+    if found == -np.inf:
+        raise MemoryError
     return found, chance.T

@@ -1,7 +1,8 @@
 """A few levels or a continuum? Telegraph noise and Gauss-Markov share a spectrum; their amplitudes
 differ (DESIGN 6)."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from math import exp, log, pi, sqrt
 
 import numpy as np
@@ -36,28 +37,37 @@ def staying(period: float, dwell: float, levels: int = 2) -> float:
     return (1 + (levels - 1) * exp(-levels / (levels - 1) * period / dwell)) / levels
 
 
-def gauss_markov_log_likelihood(values: Floats, std: float, noise: float, decay: float) -> float:
-    """Kalman filter of a first-order process in white noise; once its gain has settled it is a
-    plain recursive filter."""
-    mean, variance, total = 0.0, std**2, 0.0
-    grow, white = std**2 * (1 - decay**2), noise**2
-    for i, value in enumerate(values):
-        spread, before = variance + white, variance
-        miss, gain = value - mean, variance / spread
-        total -= 0.5 * (log(2 * pi * spread) + miss * miss / spread)
-        mean = decay * (mean + gain * miss)
-        variance = decay * decay * variance * (1 - gain) + grow
-        if abs(variance - before) < 1e-9 * before:
-            rest = values[i + 1 :]
-            means = rest
-            if len(rest):
-                filtering = [0.0, decay * gain], [1.0, -decay * (1 - gain)]
-                means = scipy.signal.lfilter(*filtering, rest, zi=[mean])[0]
-            found: float = total - 0.5 * float(
-                len(rest) * log(2 * pi * spread) + np.sum((rest - means) ** 2) / spread
-            )
-            return found
-    return total
+@dataclass(frozen=True)
+class Noise:
+    """What levels stand beside: processes of first order in white noise, as a Kalman filter has
+    it (6.3)."""
+
+    times_s: Floats  # correlation times
+    variances: Floats
+    white: float  # two-sided density
+
+    def rows(self, period_s: float) -> Floats:
+        """(decay, variance) of each process from value to value."""
+        return np.column_stack([np.exp(-period_s / self.times_s), self.variances])
+
+    def beside(self, std: float, time_s: float) -> "Noise":
+        """With one more process."""
+        times, variances = np.append(self.times_s, time_s), np.append(self.variances, std**2)
+        return Noise(times, variances, self.white)
+
+
+def noise_of(f: Floats, density: Floats, shortest_s: float, longest_s: float) -> Noise:
+    """White noise and processes with these correlation times, a factor of LEVELS.process_ratio
+    apart, whose density (two-sided, at the frequencies f) is nearest to a given one."""
+    count = int(np.ceil(log(longest_s / shortest_s) / log(LEVELS.process_ratio))) + 1
+    times = np.geomspace(shortest_s, longest_s, min(count, LEVELS.processes_most))
+    rows = 2 * times[:, None] / (1 + (2 * pi * f * times[:, None]) ** 2)
+    relative = np.vstack([rows, np.ones_like(f)]) / density
+    sizes = scipy.optimize.nnls(relative.T, np.ones(len(f)))[0]
+    there = sizes[:-1] > 0
+    return Noise(
+        times[there], sizes[:-1][there], max(float(sizes[-1]), LEVELS.white_least * density.min())
+    )
 
 
 def bounded(logarithms: Iterable[float]) -> list[float]:
@@ -65,102 +75,92 @@ def bounded(logarithms: Iterable[float]) -> list[float]:
     return [exp(max(-60.0, min(60.0, value))) for value in logarithms]
 
 
-def blocks_for(x: Floats, rate_hz: float, dwell_s: float) -> tuple[Floats, int]:
-    """Means of x over a small part of the dwell, and the length of a block in samples."""
-    block = min(
-        max(1, int(max(dwell_s / LEVELS.blocks_per_dwell * rate_hz, len(x) / LEVELS.blocks_most))),
-        len(x) // LEVELS.blocks_least,
-    )
-    values = averaged(x, block)
-    return values - values.mean(), block
+def block_of(x: Floats, rate_hz: float, dwell_s: float, per_dwell: int) -> int:
+    """Samples in a small part of the dwell."""
+    shortest = max(dwell_s / per_dwell * rate_hz, len(x) / LEVELS.blocks_most)
+    return min(max(1, int(shortest)), len(x) // LEVELS.blocks_least)
+
+
+def chained(
+    values: Floats,
+    period_s: float,
+    noise: Noise,
+    chain: tuple[float, float],
+    levels: int,
+    posterior: bool = False,
+) -> tuple[float, Floats]:
+    """chain_of_levels of means over a period; chain: half the distance of neighbouring levels, and
+    the dwell. The middle of the levels is free: few dwells are not shared out evenly."""
+    amplitude, dwell_s = chain
+    middle = [1.0, LEVELS.middle * float(np.mean(values**2))]
+    leave = 1 - staying(period_s, dwell_s, levels) if levels > 1 else 0.0
+    rows = np.vstack([noise.rows(period_s), middle])
+    white = noise.white / period_s
+    return chain_of_levels(values, rows, white, (amplitude, leave), levels, posterior)
+
+
+Loss = Callable[[Floats], float]
+Found = tuple[float, float, float]  # log-likelihood, amplitude, dwell
+
+
+def least_of(loss: Loss, first: Floats) -> tuple[float, list[float]]:
+    """(the least loss, exponentials of where it is)."""
+    found = scipy.optimize.minimize(loss, first, method="Nelder-Mead", options=LEVELS.simplex)
+    return float(found.fun), bounded(found.x)
 
 
 def fit_levels(
-    x: Floats, rate_hz: float, std: float, dwell_s: float, white: float, levels: int = 2
-) -> tuple[float, float, float, float]:
-    """(log-likelihood, amplitude, dwell, middle of the levels) of a chain of levels in white noise;
-    std, dwell_s: of the two-level chain with its spectrum. The mean is not the middle: few dwells
-    are not shared out evenly."""
-    values, block = blocks_for(x, rate_hz, dwell_s)
-    period, noise = block / rate_hz, max(white / sqrt(block / rate_hz), 1e-12)
+    x: Floats,
+    rate_hz: float,
+    noise: Noise,
+    start: tuple[float, float],
+    levels: int = 2,
+    hopeless: float = -np.inf,
+) -> Found:
+    """(log-likelihood, amplitude, dwell) of a chain of levels. start: standard deviation and dwell
+    of the two-level chain with its spectrum; `hopeless`: a likelihood there, below which the
+    maximum is not sought."""
+    std, dwell_s = start
+    block = block_of(x, rate_hz, dwell_s, LEVELS.blocks_per_dwell)
+    values, period = averaged(x, block), block / rate_hz
 
-    def loss(p: Sequence[float]) -> float:
-        level, spread, dwell = bounded(p[:3])
-        chain = level, spread, staying(period, dwell, levels)
-        return -chain_of_levels(values - p[3] * level, chain, levels)[0]
+    def loss(p: Floats) -> float:
+        level, dwell = bounded(p)
+        return -chained(values, period, noise, (level, dwell), levels)[0]
 
-    first = [
-        log(std / sqrt(mean_square(levels))),
-        log(noise * 1.1),
-        log(dwell_s / 2 * levels / (levels - 1)),
-    ]
-    starts = [
-        [first[0] + size, *first[1:], off]
-        for size in (-0.4, 0.0, 0.4)
-        for off in (0.0, -0.5, 0.5, -1.0, 1.0)
-    ]
-    found = scipy.optimize.minimize(
-        loss, min(starts, key=loss), method="Nelder-Mead", options=LEVELS.simplex
-    )
-    level, _, dwell = bounded(found.x[:3])
-    return (
-        -found.fun,
-        level,
-        dwell,
-        float(np.mean(x[: len(values) * block])) + float(found.x[3]) * level,
-    )
+    first = np.log([std / sqrt(mean_square(levels)), dwell_s / 2 * levels / (levels - 1)])
+    starts = [first + [size, 0.0] for size in LEVELS.first_sizes]
+    losses = [loss(one) for one in starts]
+    best = starts[int(np.argmin(losses))]
+    least, (level, dwell) = min(losses), bounded(best)
+    if -least >= hopeless:
+        least, (level, dwell) = least_of(loss, best)
+    return -least, level, dwell
 
 
-def fit_continuum(x: Floats, rate_hz: float, std: float, dwell_s: float, white: float) -> float:
-    """Log-likelihood of a first-order process in white noise, on the same blocks."""
-    values, block = blocks_for(x, rate_hz, dwell_s)
-    period, noise = block / rate_hz, max(white / sqrt(block / rate_hz), 1e-12)
+def fit_continuum(x: Floats, rate_hz: float, noise: Noise, start: tuple[float, float]) -> float:
+    """Log-likelihood of one more process of first order, on the same blocks."""
+    std, dwell_s = start
+    block = block_of(x, rate_hz, dwell_s, LEVELS.blocks_per_dwell)
+    values, period = averaged(x, block), block / rate_hz
 
-    def loss(p: Sequence[float]) -> float:
-        size, spread, dwell = bounded(p)
-        return -gauss_markov_log_likelihood(values, size, spread, exp(-2 * period / dwell))
+    def loss(p: Floats) -> float:
+        size, time = bounded(p)
+        return -chained(values, period, noise.beside(size, time), (0.0, dwell_s), 1)[0]
 
-    found: float = -scipy.optimize.minimize(
-        loss,
-        [log(std), log(noise * 1.1), log(dwell_s)],
-        method="Nelder-Mead",
-        options=LEVELS.simplex,
-    ).fun
-    return found
+    return -least_of(loss, np.log([std, dwell_s / 2]))[0]
 
 
 def decoded(
-    x: Floats,
-    rate_hz: float,
-    level: float,
-    dwell_s: float,
-    white: float,
-    levels: int = 2,
-    resolution: int = 240,
-) -> tuple[Floats, float, float, float]:
-    """Of x around the middle of its levels: posterior mean of the state (places()) at every sample;
-    its divergence from what the chain says beforehand; the sum of its variance / (2 noise^2), what
-    doubt about the state costs per squared amplitude (6.3); and its mean square."""
-    block = min(
-        max(1, int(dwell_s * rate_hz / resolution), len(x) // 60000), len(x) // LEVELS.blocks_least
-    )
+    x: Floats, rate_hz: float, noise: Noise, level: float, dwell_s: float, levels: int = 2
+) -> tuple[Floats, float]:
+    """(posterior mean of the state (places()) at every sample of x, its mean square)."""
+    block = block_of(x, rate_hz, dwell_s, LEVELS.decoded_per_dwell)
     values = averaged(x, block)
-    noise = max(white / sqrt(block / rate_hz), 1e-9)
-    stay = staying(block / rate_hz, dwell_s, levels)
-    total, chance = chain_of_levels(values, (level, noise, stay), levels, True)
+    chance = chained(values, block / rate_hz, noise, (level, dwell_s), levels, True)[1]
     state, square = places(levels) @ chance, places(levels) ** 2 @ chance
-    doubt = float(np.sum(square - state**2)) / (2 * noise**2)
-    known = (
-        -0.5 * np.sum((values - level * state) ** 2 / noise**2 + np.log(2 * pi * noise**2))
-        - level**2 * doubt
-    )
     centres = (np.arange(len(state)) + 0.5) * block
-    return (
-        np.interp(np.arange(len(x)), centres, state),
-        float(known) - total,
-        doubt,
-        float(square.mean()),
-    )
+    return np.interp(np.arange(len(x)), centres, state), float(square.mean())
 
 
 def many_switches(dwell_s: float, x: Floats, rate_hz: float) -> bool:
