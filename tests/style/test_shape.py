@@ -40,8 +40,8 @@ SHAPE = {
         3000,
         3000,
     ),
-    "lines of lib": (lines_of(c_files("lib/")), 13080, 10500),
-    "lines of addons": (lines_of(c_files("addons/")), 6105, 4600),
+    "lines of lib": (lines_of(c_files("lib/")), 13190, 10500),
+    "lines of addons": (lines_of(c_files("addons/")), 6570, 4600),
     "lines of davar/davar.h and its includes": (lines_of(face()), 652, 300),
     "functions that it declares": (len(public_functions(face())), 25, 25),
 }
