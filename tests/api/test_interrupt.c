@@ -4,6 +4,7 @@
 
 #include "davar/davar.h"
 #include "davar/glr.h"
+#include "davar/small.h"
 #include "fitted.h"
 #include "unity.h"
 
@@ -174,11 +175,41 @@ static void test_all_readers_wait_for_a_push_at_work_elsewhere(void)
     }
 }
 
+static davar_small_t small;
+
+static void finish_small_push(int signal_number)
+{
+    (void)signal_number;
+    small.sequence = small.sequence + 1U;
+}
+
+static void test_the_readers_of_the_small_pipeline_wait_too(void)
+{
+    const struct itimerval once = {{0, 0}, {0, 2000}};
+    static const davar_small_plan_t plan = {.unit_per_count = 1.0, .stride = WINDOW};
+    static int16_t ring[WINDOW + 1U];
+    davar_result_t result;
+    davar_small_start(&small, &plan, ring);
+    start(finish_small_push);
+    start_timer(0);
+    for (int i = 0; i < 2; i++) {
+        small.sequence += (small.sequence % 2U == 0U) ? 1U : 2U;
+        TEST_ASSERT_EQUAL(0, setitimer(ITIMER_REAL, &once, NULL));
+        if (i == 0) {
+            TEST_ASSERT_FALSE(davar_small_take(&small, &result));
+        } else {
+            (void)davar_small_health(&small);
+        }
+        TEST_ASSERT_EQUAL_UINT32(0U, small.sequence % 2U);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_results_taken_while_an_interrupt_pushes_are_consistent);
     RUN_TEST(test_gaps_in_an_interrupt_tear_no_result);
     RUN_TEST(test_all_readers_wait_for_a_push_at_work_elsewhere);
+    RUN_TEST(test_the_readers_of_the_small_pipeline_wait_too);
     return UNITY_END();
 }

@@ -81,6 +81,19 @@ static void test_sizes_that_hardly_fit_leave_none(void)
     TEST_ASSERT_FALSE(fit());
 }
 
+/* The plan still has the sizes of the window before. */
+static void test_a_window_without_differences_has_none(void)
+{
+    set_octaves(4440U, 9U);
+    set_model((double[]){0.0, 1.0, 0.0, 0.0, 0.002});
+    TEST_ASSERT_TRUE(fit());
+    for (int t = 0; t < 9; t++) {
+        result.tau[t].differences = 0U;
+        result.tau[t].adev = (double)NAN;
+    }
+    TEST_ASSERT_FALSE(fit());
+}
+
 /* After a filter that is not declared, m avar lacks 1 / m. */
 static void test_long_sizes_have_what_a_filter_leaves(void)
 {
@@ -179,6 +192,7 @@ int main(void)
     RUN_TEST(test_faster_motion_leaves_the_short_sizes);
     RUN_TEST(test_lines_and_motion_leave_none);
     RUN_TEST(test_sizes_that_hardly_fit_leave_none);
+    RUN_TEST(test_a_window_without_differences_has_none);
     RUN_TEST(test_long_sizes_have_what_a_filter_leaves);
     RUN_TEST(test_motion_after_an_unknown_filter_is_a_limit);
     RUN_TEST(test_few_sizes_test_nothing);

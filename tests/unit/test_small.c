@@ -202,6 +202,21 @@ static void test_a_gap_before_the_first_sample_restarts_nothing(void)
     take();
 }
 
+static void test_the_count_of_equal_samples_does_not_overflow(void)
+{
+    const davar_filter_t none = {0};
+    static const int16_t sample[4U * WINDOW];
+    make_plan(&none);
+    start();
+    davar_small_push(&small, sample, 1U); /* the first one equals none */
+    small.equal = UINT32_MAX - 2U * WINDOW;
+    davar_small_push(&small, sample, 4U * WINDOW);
+    TEST_ASSERT_TRUE(small.equal > (UINT32_MAX / 2U));
+    TEST_ASSERT_TRUE(small.equal <= ((UINT32_MAX / 2U) + STRIDE));
+    TEST_ASSERT_TRUE(davar_small_take(&small, &found));
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_CONSTANT, found.noise);
+}
+
 static void test_deviations_digit_by_digit_are_correctly_rounded(void)
 {
     random_t rng = random_seeded(7U);
@@ -222,6 +237,7 @@ int main(void)
     RUN_TEST(test_without_a_filter_all_results_are_those_of_the_library);
     RUN_TEST(test_after_a_filter_too);
     RUN_TEST(test_a_gap_before_the_first_sample_restarts_nothing);
+    RUN_TEST(test_the_count_of_equal_samples_does_not_overflow);
     RUN_TEST(test_deviations_digit_by_digit_are_correctly_rounded);
     return UNITY_END();
 }

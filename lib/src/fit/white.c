@@ -399,8 +399,8 @@ static uint32_t least_square(const davar_white_plan_t *plan, const davar_white_t
     return least;
 }
 
-static void write_intervals(const davar_plan_t *plan, const davar_white_t *white,
-                            davar_result_t *result)
+DAVAR_APART static void write_intervals(const davar_plan_t *plan, const davar_white_t *white,
+                                        davar_result_t *result)
 {
     for (int t = 0; t < white->usable; t++) {
         davar_adev_t *const tau = &result->tau[t];
