@@ -233,7 +233,7 @@ async function draw(turn, before) {
     refocus();
     held.error();
     rank(turn).then(() => axes.survey(turn));
-    if (before && !stills.matches) await moveTo(before, target, turn);
+    if (before && !stills.matches && !(await moveTo(before, target, turn))) return;
     if (turn === now.turn) settle(target);
 }
 
@@ -249,7 +249,7 @@ function drawn() {
     if (tabs.showing("fit")) fit.update(now.drawn);
 }
 
-// A step moves curve, band and cells. Error and words change at once.
+// A step moves curve, band and cells. Error and words change at once. False: another step or a value that moves ended it.
 function moveTo(from, to, turn) {
     now.animated = true;
     return new Promise((done) => {
@@ -258,8 +258,8 @@ function moveTo(from, to, turn) {
             started ??= time;
             const t = Math.min(1, (time - started) / STEP_MS),
                 eased = t < 0.5 ? 4 * t ** 3 : 1 - (2 - 2 * t) ** 3 / 2;
-            if (turn !== now.turn || t >= 1) {
-                done(null);
+            if (turn !== now.turn || !now.animated || t >= 1) {
+                done(now.animated && turn === now.turn);
                 return;
             }
             now.drawn = curve.between(from, to, eased);
@@ -283,6 +283,7 @@ function refocus() {
 // A value that moves.
 let frame = 0;
 model.whenMoved((state) => {
+    now.animated = false;
     now.drawn = state;
     if (frame) return;
     frame = requestAnimationFrame(() => {
